@@ -3,7 +3,7 @@ use super::Workbench;
 use crate::gait::Parametrised as _;
 use crate::gait::optimise::{Demands, Optimum, size, slides};
 use crate::gait::{
-    AnyBench, Chain, ChainOptions, ChainStep, ChainedPhase, CycleOptions, GaitBench, PhasedBench, StepOptions,
+    AnyBench, Chain, ChainOptions, ChainedPhase, CycleOptions, GaitBench, PhasedBench, StepOptions,
 };
 use crate::progress::Silent;
 use crate::simulation::{Trial, WalkedMargins};
@@ -219,15 +219,15 @@ fn repeated_near(bench: &PhasedBench, trial: &Trial, speed: f64) -> Result<Repea
 
 /// The fixed point of the map from the speed of a step to that of the next, by the secant method.
 fn repeated(bench: &PhasedBench, trial: &Trial, begin: f64) -> Result<Repeated, Diagnostics> {
-    let step = |speed: f64| -> Result<(f64, ChainStep), Diagnostics> {
-        let found = bench.step(&trial.walker().phases, &ChainOptions { speed, ..ChainOptions::default() })?;
-        let next = found.next_speed.filter(|_| found.feasible);
-        let why =
-            || Diagnostic::error(found.reason.clone().unwrap_or_else(|| "a step is not made".to_owned()));
-        next.map(|next| (next, found.clone())).ok_or_else(|| why().into())
+    let chain = Chain::new(bench, &trial.walker().phases, bench.controller(None, &[])?)?;
+    let values = bench.values(&[])?;
+    // As a step has it: what else a step has takes many times as long, and is asked of the last one alone.
+    let after = |speed: f64| -> Result<f64, Diagnostics> {
+        let next = chain.hop(&chain.mid_stance(&values, speed)?, &values).next;
+        next.map(|next| next.speed).map_err(|why| Diagnostic::error(why.to_string()).into())
     };
     let mut speed = begin;
-    let (mut next, mut last) = step(speed)?;
+    let mut next = after(speed)?;
     let mut slope: Option<f64> = None;
     for _ in 0..STEPS {
         let off = next - speed;
@@ -241,14 +241,15 @@ fn repeated(bench: &PhasedBench, trial: &Trial, begin: f64) -> Result<Repeated, 
             _ => 1e-4 * speed,
         };
         let to = speed + by.clamp(-0.2 * speed, 0.2 * speed);
-        let found = step(to)?;
-        slope = Some((found.0 - next) / (to - speed));
-        (speed, next, last) = (to, found.0, found.1);
+        let found = after(to)?;
+        slope = Some((found - next) / (to - speed));
+        (speed, next) = (to, found);
     }
     let multiplier = slope.unwrap_or(f64::NAN);
     if (next - speed).abs() > 1e-4 * speed {
         return Err(Diagnostic::error(format!("steps do not repeat themselves within {STEPS}")).into());
     }
+    let last = bench.step(&trial.walker().phases, &ChainOptions { speed, ..ChainOptions::default() })?;
     let duration = last.duration.unwrap_or(f64::NAN);
     let margins = Some((last.margins, bench.gait.limits.friction));
     Ok(Repeated { speed, multiplier, duration, cost_of_transport: None, phases: last.phases, margins })

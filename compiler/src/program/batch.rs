@@ -82,7 +82,7 @@ impl BatchColumns {
 }
 
 /// The program without instructions that no output needs.
-fn alive(program: &Program) -> Program {
+pub(super) fn alive(program: &Program) -> Program {
     let mut needed = vec![false; program.instructions.len()];
     // Angles are few, and their places are numbered: they stay.
     needed[..program.angles_ready].fill(true);

@@ -1,10 +1,13 @@
 //! Functions of a few numbers with exact first and second derivatives and their structure: what a nonlinear program is put together from.
+use super::along::Along;
 use super::slopes::Slopes;
+use super::tangent::LANES;
 use super::{Evaluator, Order, lower};
 use crate::expression::{Expr, Graph, Input, Sym, gradient, inputs};
 use bipedc_runtime::lanes::F64x8;
 use bipedc_runtime::{Argument, Real, State};
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 /// Rows r(x) of local variables x. Derivatives are those of the program itself, by numbers that carry them (first ones) and by the symbolic
 /// gradient of Σ multiplier · row on such numbers (second ones).
@@ -20,22 +23,21 @@ pub struct LocalFunction {
     /// Variables along which second derivatives are taken, in groups of lanes, and for each element of the Hessian: group, lane, row.
     directions: Vec<usize>,
     places: Vec<[usize; 3]>,
+    /// Elements of the Jacobian and of the Hessian as machine code.
+    slopes: Arc<[Along; 2]>,
 }
-
-/// Numbers in a lane.
-const LANES: usize = 8;
 
 impl LocalFunction {
     /// Of rows whose only inputs are the first `variables` elements of [`Argument::Parameters`].
     pub fn new(graph: &Graph, variables: usize, rows: &[Sym<'_>]) -> Self {
         let outputs: Vec<Expr> = rows.iter().map(|row| row.expr).collect();
-        let value = Evaluator::new(&lower(graph, &outputs, Order::DepthFirst));
+        let value_program = lower(graph, &outputs, Order::DepthFirst);
         let index_of = |input: &Input| input.index as usize;
         let jacobian = rows.iter().enumerate().flat_map(|(row, of)| {
             let of = inputs(*of);
             of.iter().map(|input| [row, index_of(input)]).collect::<Vec<_>>()
         });
-        let jacobian = jacobian.collect();
+        let jacobian: Vec<[usize; 2]> = jacobian.collect();
         let zero = Sym::new(graph, Expr::ZERO);
         let weighted = rows.iter().enumerate().fold(zero, |sum, (row, &of)| {
             sum + of * Sym::new(graph, graph.input(Argument::Parameters, variables + row))
@@ -47,7 +49,7 @@ impl LocalFunction {
             .collect();
         let columns: Vec<Sym<'_>> = (0..variables).map(|k| slopes.get(&k).copied().unwrap_or(zero)).collect();
         let outputs: Vec<Expr> = columns.iter().map(|x| x.expr).collect();
-        let gradient = Evaluator::new(&lower(graph, &outputs, Order::DepthFirst));
+        let gradient_program = lower(graph, &outputs, Order::DepthFirst);
         let mut pairs: BTreeSet<[usize; 2]> = BTreeSet::new();
         for (i, column) in columns.iter().enumerate() {
             for j in inputs(*column).iter().map(index_of).filter(|&j| j < variables) {
@@ -64,8 +66,15 @@ impl LocalFunction {
             };
             [direction / LANES, direction % LANES, row]
         };
-        let places = hessian.iter().map(place).collect();
-        Self { variables, rows: rows.len(), value, gradient, jacobian, hessian, directions, places }
+        let places: Vec<[usize; 3]> = hessian.iter().map(place).collect();
+        let all: Vec<usize> = (0..variables).collect();
+        let wanted = jacobian.iter().map(|&[row, k]| [k / LANES, k % LANES, row]).collect();
+        let slopes = Arc::new([
+            Along::new(&value_program, variables, &all, wanted),
+            Along::new(&gradient_program, variables + rows.len(), &directions, places.clone()),
+        ]);
+        let [value, gradient] = [&value_program, &gradient_program].map(Evaluator::new);
+        Self { variables, rows: rows.len(), value, gradient, jacobian, hessian, directions, places, slopes }
     }
 
     /// Number of variables.
@@ -92,6 +101,9 @@ impl LocalFunction {
 
     /// ∂r/∂x in the order of its structure.
     pub fn jacobian(&self, x: &[f64], out: &mut [f64]) {
+        if self.slopes[0].run(x.iter().copied(), out) {
+            return;
+        }
         let mut workspace = self.value.workspace::<Slopes>();
         let mut rows = vec![Slopes::constant(0.0); self.rows];
         for first in (0..self.variables).step_by(LANES) {
@@ -108,6 +120,9 @@ impl LocalFunction {
 
     /// Second derivatives of Σ multiplier · row in the order of their structure.
     pub fn hessian(&self, x: &[f64], multipliers: &[f64], out: &mut [f64]) {
+        if self.slopes[1].run(x.iter().chain(multipliers).copied(), out) {
+            return;
+        }
         let all: Vec<f64> = x.iter().chain(multipliers).copied().collect();
         let mut workspace = self.gradient.workspace::<Slopes>();
         let mut rows = vec![Slopes::constant(0.0); self.variables];
@@ -155,6 +170,29 @@ mod tests {
     use super::*;
 
     /// r = (x² y + z, sin x · w, x w): first and second derivatives by hand.
+    #[test]
+    fn machine_code_gives_what_numbers_with_slopes_give() {
+        let graph = Graph::new();
+        let x: Vec<Sym<'_>> =
+            (0..11).map(|k| Sym::new(&graph, graph.input(Argument::Parameters, k))).collect();
+        let angle = x[0] + x[1] * x[9];
+        let root = (x[2] * x[2] + x[10] * x[10] + x[3]).sqrt();
+        let rows = [angle.sin() * x[3] - x[4], x[5] / root - x[6] * angle.cos(), root * x[7] * x[8] - x[10]];
+        let of = LocalFunction::new(&graph, 11, &rows);
+        let at: Vec<f64> = (0..11).map(|k| 0.3 + 0.17 * k as f64).collect();
+        let multipliers = [0.7, -1.1, 2.3];
+        let both = || {
+            let mut slopes = vec![f64::NAN; of.jacobian_structure().len()];
+            of.jacobian(&at, &mut slopes);
+            let mut second = vec![f64::NAN; of.hessian_structure().len()];
+            of.hessian(&at, &multipliers, &mut second);
+            (slopes, second)
+        };
+        let first = both();
+        assert!(first.0.iter().chain(&first.1).all(|x| x.is_finite()));
+        (0..50).for_each(|_| assert_eq!(both(), first));
+    }
+
     #[test]
     fn derivatives_are_those_by_hand() {
         let graph = Graph::new();

@@ -1,4 +1,5 @@
 //! Straight-line programs: what is emitted as Rust and what runs in process.
+mod along;
 mod batch;
 mod count;
 mod dual;
@@ -13,6 +14,7 @@ mod native;
 mod often;
 mod schedule;
 mod slopes;
+mod tangent;
 mod twins;
 
 pub use batch::{BatchColumns, BatchStates};

@@ -23,6 +23,11 @@ thread_local! {
     static WIDE: RefCell<[Vec<[f64; 8]>; 2]> = const { RefCell::new([Vec::new(), Vec::new()]) };
 }
 
+/// Whether anything becomes machine code.
+pub(super) fn is_wanted() -> bool {
+    std::env::var_os(SWITCH).is_none()
+}
+
 /// How often a program was called, and its machine code.
 #[derive(Debug)]
 pub(super) struct Often {
@@ -46,7 +51,7 @@ impl Often {
         };
         let inputs =
             Argument::ALL.into_iter().filter_map(|argument| Some((argument, elements(argument)?))).collect();
-        let wanted = std::env::var_os(SWITCH).is_none();
+        let wanted = is_wanted();
         let twins = twins.filter(|twins| !twins.is_empty()).cloned();
         // What operations are for tells to which limb they belong.
         let purposes = || if twins.is_some() { program.purposes.clone() } else { Vec::new() };

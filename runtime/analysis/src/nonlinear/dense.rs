@@ -1,6 +1,7 @@
 //! Products of a few dense columns with a vector, several columns at once so that sums are not written and read again for each of them.
 
 /// Rows of columns (one after the other, each of `height` numbers) from `first` on times a vector, into `out`.
+#[inline(always)]
 pub(super) fn times((columns, height, first): (&[f64], usize, usize), x: &[f64], out: &mut [f64]) {
     out.fill(0.0);
     let rows = |column: usize| &columns[column * height + first..(column + 1) * height];
@@ -19,6 +20,7 @@ pub(super) fn times((columns, height, first): (&[f64], usize, usize), x: &[f64],
 }
 
 /// Σ aᵢ bᵢ in eight sums, as far as the shorter one goes.
+#[inline(always)]
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let size = a.len().min(b.len());
     let (a, b) = (a[..size].chunks_exact(8), b[..size].chunks_exact(8));

@@ -122,7 +122,8 @@ impl Factor {
             positive += self.stack.eliminate(blocks, next..range.start, (begins, own))?;
             if let Some(branch) = branch {
                 positive += branch.positive?;
-                self.stack.push(branch.stack.left());
+                let root = &blocks[branch.blocks.end - 1];
+                self.stack.push(root, branch.stack.left(root));
             }
             next = range.end;
         }
@@ -136,6 +137,23 @@ impl Factor {
 
     /// Solves in place.
     pub fn solve(&self, right: &mut [f64]) {
+        #[cfg(target_arch = "x86_64")]
+        if std::arch::is_x86_feature_detected!("avx2") {
+            // SAFETY: the processor has what the function is compiled for.
+            return unsafe { self.solve_wide(right) };
+        }
+        self.substitute(right);
+    }
+
+    /// The same operations, compiled for wide registers whatever the rest of the program is compiled for.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn solve_wide(&self, right: &mut [f64]) {
+        self.substitute(right);
+    }
+
+    #[inline(always)]
+    fn substitute(&self, right: &mut [f64]) {
         let mut x: Vec<f64> = self.structure.order.iter().map(|&k| right[k]).collect();
         let most = self.structure.blocks.iter().map(|block| block.below.len()).max().unwrap_or(0);
         let mut room = vec![0.0; most];

@@ -10,6 +10,8 @@ pub(super) struct Kkt {
     columns: Vec<usize>,
     rows: Vec<usize>,
     values: Vec<f64>,
+    /// With what is added to its diagonal.
+    sum: Vec<f64>,
     hessian: Vec<usize>,
     jacobian: Vec<usize>,
     diagonal: Vec<usize>,
@@ -48,6 +50,7 @@ impl Kkt {
             factor: Factor::new(&columns, &rows),
             columns,
             rows,
+            sum: values.clone(),
             values,
             hessian: hessian.to_vec(),
             jacobian: jacobian.to_vec(),
@@ -75,12 +78,12 @@ impl Kkt {
     /// Factorises with additions to both diagonals that [`Self::solve`] removes again by refinement; whether there are as many positive
     /// pivots as variables.
     pub fn factorise(&mut self, primal: f64, dual: f64) -> bool {
-        let mut values = self.values.clone();
-        for (k, &place) in self.diagonal.iter().enumerate() {
-            values[place] += if k < self.n { primal } else { -dual };
-        }
         let Some(factor) = &mut self.factor else { return false };
-        factor.factorise(&values) && factor.positive() == self.n
+        self.sum.clone_from(&self.values);
+        for (k, &place) in self.diagonal.iter().enumerate() {
+            self.sum[place] += if k < self.n { primal } else { -dual };
+        }
+        factor.factorise(&self.sum) && factor.positive() == self.n
     }
 
     /// The system without additions but for `primal` times a vector.

@@ -17,6 +17,7 @@ mod stack;
 mod symbolic;
 #[cfg(test)]
 mod tests;
+mod tiles;
 
 pub use interior_point::InteriorPoint;
 pub use side_by_side::side_by_side;

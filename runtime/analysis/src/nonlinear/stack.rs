@@ -1,48 +1,80 @@
 //! Blocks eliminated one after the other, in products of dense matrices.
 use super::symbolic::Block;
-use nalgebra::{DMatrixView, DMatrixViewMut, Dyn};
+use super::tiles::{SIDE, Target, subtract, subtract_in_place};
 use std::ops::Range;
 
-/// What blocks leave to those above them, the last on top: children come right before their parent.
+/// What blocks leave to those above them, the last on top: children come right before their parent. Blocks of odd levels have a side of their own, so that what a block
+/// leaves stands where it stays while it takes its children's from the other side.
 #[derive(Debug, Clone)]
 pub(super) struct Stack {
+    sides: [Side; 2],
+    scratch: Vec<[f64; SIDE]>,
+}
+
+#[derive(Debug, Clone, Default)]
+struct Side {
     left: Vec<f64>,
     top: usize,
-    scratch: Vec<f64>,
 }
 
 /// Columns that are eliminated one by one before the others of their block are told.
 const PANEL: usize = 24;
 /// Columns that are updated at once: only what is on and below the diagonal is wanted.
 const STRIP: usize = 48;
-/// Products of so few columns are summed one by one.
-const FEW: usize = 4;
 
 impl Stack {
     /// Large enough for these blocks.
     pub fn new(blocks: &[Block], range: Range<usize>) -> Self {
-        let (mut top, mut most) = (0, 0);
+        let (mut tops, mut most) = ([0; 2], [0; 2]);
         for block in &blocks[range] {
-            let own = block.below.len().pow(2);
-            most = most.max(top + own);
-            top = top + own
-                - block.children.iter().map(|&child| blocks[child].below.len().pow(2)).sum::<usize>();
+            let side = block.level % 2;
+            tops[side] += block.below.len().pow(2);
+            most[side] = most[side].max(tops[side]);
+            tops[1 - side] -= handed_on(blocks, block);
         }
-        Self { left: vec![0.0; most], top: 0, scratch: Vec::new() }
+        Self { sides: most.map(|most| Side { left: vec![0.0; most], top: 0 }), scratch: Vec::new() }
     }
 
     /// Nothing is on it.
     pub fn clear(&mut self) {
-        self.top = 0;
+        self.sides.iter_mut().for_each(|side| side.top = 0);
     }
 
-    /// All that is on it.
-    pub fn left(&self) -> &[f64] {
-        &self.left[..self.top]
+    /// What this block left, the only one whose block above was not eliminated yet.
+    pub fn left(&self, block: &Block) -> &[f64] {
+        let side = &self.sides[block.level % 2];
+        &side.left[..side.top]
     }
 
     /// Eliminates some blocks in a row, whose columns and rows are these numbers. Positive pivots; none: one is zero or no number.
     pub fn eliminate(
+        &mut self,
+        blocks: &[Block],
+        range: Range<usize>,
+        matrix: (&[usize], &mut [f64]),
+    ) -> Option<usize> {
+        #[cfg(target_arch = "x86_64")]
+        if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
+            // SAFETY: the processor has what the function is compiled for.
+            return unsafe { self.eliminate_wide(blocks, range, matrix) };
+        }
+        self.each::<{ cfg!(target_arch = "aarch64") }>(blocks, range, matrix)
+    }
+
+    /// The same, compiled for wide registers whatever the rest of the program is compiled for.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,fma")]
+    fn eliminate_wide(
+        &mut self,
+        blocks: &[Block],
+        range: Range<usize>,
+        matrix: (&[usize], &mut [f64]),
+    ) -> Option<usize> {
+        self.each::<true>(blocks, range, matrix)
+    }
+
+    #[inline(always)]
+    fn each<const FMA: bool>(
         &mut self,
         blocks: &[Block],
         range: Range<usize>,
@@ -52,154 +84,178 @@ impl Stack {
         let mut positive = 0;
         for index in range {
             let own = &mut values[begins[index] - first..begins[index + 1] - first];
-            positive += self.block(blocks, index, own)?;
+            positive += self.block::<FMA>(blocks, index, own)?;
         }
         Some(positive)
     }
 
-    fn block(&mut self, blocks: &[Block], index: usize, own: &mut [f64]) -> Option<usize> {
+    #[inline(always)]
+    fn block<const FMA: bool>(&mut self, blocks: &[Block], index: usize, own: &mut [f64]) -> Option<usize> {
         let block = &blocks[index];
         let (width, below) = (block.width, block.below.len());
-        let children = || block.children.iter().map(|&child| &blocks[child].place_above);
-        let begin = self.top - children().map(|places| places.len().pow(2)).sum::<usize>();
-        let (handed, free) = self.left.split_at_mut(self.top);
-        let mut rest = &handed[begin..];
-        for places in children() {
-            take_in(own, (width, below), places, rest);
-            rest = &rest[places.len().pow(2)..];
+        let children = || block.children.iter().map(|&child| &blocks[child]);
+        let [even, odd] = &mut self.sides;
+        let (to, from) = if block.level.is_multiple_of(2) { (even, odd) } else { (odd, even) };
+        let begin = from.top - handed_on(blocks, block);
+        let mut rest = &from.left[begin..from.top];
+        for child in children() {
+            take_in(own, (width, below), child, rest);
+            rest = &rest[child.below.len().pow(2)..];
         }
-        let positive = eliminate(own, width, below, &mut self.scratch)?;
-        let left = &mut free[..below * below];
-        leave(own, (width, below), left, &mut self.scratch);
-        let mut rest = &handed[begin..];
-        for places in children() {
-            hand_on(left, (width, below), places, rest);
-            rest = &rest[places.len().pow(2)..];
+        let positive = eliminate::<FMA>(own, (width, below), &mut self.scratch)?;
+        let left = &mut to.left[to.top..to.top + below * below];
+        leave::<FMA>(own, (width, below), left, &mut self.scratch);
+        let mut rest = &from.left[begin..from.top];
+        for child in children() {
+            hand_on(left, (width, below), child, rest);
+            rest = &rest[child.below.len().pow(2)..];
         }
-        if begin < self.top {
-            self.left.copy_within(self.top..self.top + below * below, begin);
-        }
-        self.top = begin + below * below;
+        from.top = begin;
+        to.top += below * below;
         Some(positive)
     }
 
     /// What a block elsewhere leaves.
-    pub fn push(&mut self, left: &[f64]) {
-        self.left[self.top..self.top + left.len()].copy_from_slice(left);
-        self.top += left.len();
+    pub fn push(&mut self, block: &Block, left: &[f64]) {
+        let side = &mut self.sides[block.level % 2];
+        side.left[side.top..side.top + left.len()].copy_from_slice(left);
+        side.top += left.len();
     }
 }
 
+/// Numbers that children of a block leave to it.
+fn handed_on(blocks: &[Block], block: &Block) -> usize {
+    block.children.iter().map(|&child| blocks[child].below.len().pow(2)).sum()
+}
+
 /// Adds what a child leaves to the columns of a block itself; only places on and below the diagonal.
-fn take_in(own: &mut [f64], (width, below): (usize, usize), places: &[usize], handed: &[f64]) {
-    let (height, size) = (width + below, places.len());
-    for (j, &column) in places.iter().enumerate().take_while(|(_, column)| **column < width) {
+#[inline(always)]
+fn take_in(own: &mut [f64], (width, below): (usize, usize), child: &Block, handed: &[f64]) {
+    let (height, size) = (width + below, child.below.len());
+    for (j, column) in child.columns_above().take_while(|(_, column)| *column < width) {
         let to = &mut own[column * height..(column + 1) * height];
-        let values = &handed[j * size + j..(j + 1) * size];
-        places[j..].iter().zip(values).for_each(|(&row, value)| to[row] += value);
+        add(to, 0, child, (j, &handed[j * size..(j + 1) * size]));
     }
 }
 
 /// Adds the rest of it to what the block leaves.
-fn hand_on(left: &mut [f64], (width, below): (usize, usize), places: &[usize], handed: &[f64]) {
-    let size = places.len();
-    for j in places.partition_point(|place| *place < width)..size {
-        let to = &mut left[(places[j] - width) * below..(places[j] - width + 1) * below];
-        let values = &handed[j * size + j..(j + 1) * size];
-        places[j..].iter().zip(values).for_each(|(&row, value)| to[row - width] += value);
+#[inline(always)]
+fn hand_on(left: &mut [f64], (width, below): (usize, usize), child: &Block, handed: &[f64]) {
+    let size = child.below.len();
+    for (j, column) in child.columns_above().skip_while(|(_, column)| *column < width) {
+        let to = &mut left[(column - width) * below..(column - width + 1) * below];
+        add(to, width, child, (j, &handed[j * size..(j + 1) * size]));
     }
 }
 
-/// C −= A B, or C = −A B: C from an offset with columns `stride` apart, A likewise, B column after column.
-fn subtract(
-    (c, stride, adds): (&mut [f64], usize, bool),
-    (a, a_stride): (&[f64], usize),
-    b: &[f64],
-    [rows, inner, columns]: [usize; 3],
-) {
-    if rows == 0 || columns == 0 || inner == 0 {
-        return;
-    }
-    if inner <= FEW {
-        for (j, factors) in b.chunks_exact(inner).enumerate() {
-            // Nothing above the diagonal is wanted.
-            let c = &mut c[j * stride + j..j * stride + rows];
-            if !adds {
-                c.fill(0.0);
-            }
-            for (k, factor) in factors.iter().enumerate() {
-                let a = &a[k * a_stride + j..k * a_stride + rows];
-                c.iter_mut().zip(a).for_each(|(c, a)| *c -= factor * a);
-            }
+/// Adds a child's column from its diagonal on to one that begins with this row.
+#[inline(always)]
+fn add(to: &mut [f64], first: usize, child: &Block, (j, values): (usize, &[f64])) {
+    for &[begin, above, count] in &child.runs_above {
+        let passed = j.saturating_sub(begin);
+        if passed < count {
+            let to = &mut to[above + passed - first..above + count - first];
+            to.iter_mut().zip(&values[begin + passed..begin + count]).for_each(|(to, value)| *to += value);
         }
-        return;
     }
-    let a = DMatrixView::from_slice_with_strides_generic(a, Dyn(rows), Dyn(inner), Dyn(1), Dyn(a_stride));
-    let b = DMatrixView::from_slice_with_strides_generic(b, Dyn(inner), Dyn(columns), Dyn(1), Dyn(inner));
-    let mut c =
-        DMatrixViewMut::from_slice_with_strides_generic(c, Dyn(rows), Dyn(columns), Dyn(1), Dyn(stride));
-    c.gemm(-1.0, &a, &b, f64::from(u8::from(adds)));
 }
 
 /// Columns of a block become L, its diagonal D. The number of positive pivots; none: one is zero or no number.
-fn eliminate(own: &mut [f64], width: usize, below: usize, scratch: &mut Vec<f64>) -> Option<usize> {
+#[inline(always)]
+fn eliminate<const FMA: bool>(
+    own: &mut [f64],
+    (width, below): (usize, usize),
+    scratch: &mut Vec<[f64; SIDE]>,
+) -> Option<usize> {
     let height = width + below;
     let mut positive = 0;
     for begin in (0..width).step_by(PANEL) {
         let end = (begin + PANEL).min(width);
+        for first in (begin..end).step_by(SIDE) {
+            let last = (first + SIDE).min(end);
+            // Columns before are those of the matrix still: what is taken away is a quotient times an element.
+            turned(own, (begin..first, height), first..last, scratch, |x, pivot| x / pivot);
+            let (done, open) = own.split_at_mut(first * height);
+            if first > begin {
+                let to = &mut Target { values: &mut open[first..], stride: height, counts: true };
+                let shape = [height - first, first - begin, last - first];
+                subtract_in_place(to, (&done[begin * height + first..], height), scratch, shape);
+            }
+            positive += few_columns(&mut open[..(last - first) * height], first, height)?;
+        }
         for k in begin..end {
-            let pivot = own[k * height + k];
-            if pivot == 0.0 || !pivot.is_finite() {
-                return None;
-            }
-            positive += usize::from(pivot > 0.0);
-            let (column, rest) = own[k * height..].split_at_mut(height);
-            for j in k + 1..end {
-                let factor = column[j] / pivot;
-                if factor != 0.0 {
-                    let to = &mut rest[(j - k - 1) * height + j..(j - k) * height];
-                    to.iter_mut().zip(&column[j..]).for_each(|(to, l)| *to -= factor * l);
-                }
-            }
-            column[k + 1..].iter_mut().for_each(|l| *l /= pivot);
+            let column = &mut own[k * height + k..(k + 1) * height];
+            let pivot = column[0];
+            column[1..].iter_mut().for_each(|l| *l /= pivot);
         }
         for first in (end..width).step_by(STRIP) {
             let columns = STRIP.min(width - first);
-            turned(own, (begin..end, height), first..first + columns, scratch);
+            turned(own, (begin..end, height), first..first + columns, scratch, |l, pivot| l * pivot);
             let (done, open) = own.split_at_mut(first * height);
+            let to = &mut Target { values: &mut open[first..], stride: height, counts: true };
             let shape = [height - first, end - begin, columns];
-            subtract(
-                (&mut open[first..], height, true),
-                (&done[begin * height + first..], height),
-                scratch,
-                shape,
-            );
+            subtract::<FMA>(to, (&done[begin * height + first..], height), scratch, shape);
         }
     }
     Some(positive)
 }
 
-/// D Lᵀ of these columns and rows, column after column.
+/// Takes columns, of which the first has its diagonal in this row, from those behind them. Positive pivots, as above.
+#[inline(always)]
+fn few_columns(columns: &mut [f64], first: usize, height: usize) -> Option<usize> {
+    let mut positive = 0;
+    for k in 0..columns.len() / height {
+        let (column, rest) = columns[k * height..].split_at_mut(height);
+        let pivot = column[first + k];
+        if pivot == 0.0 || !pivot.is_finite() {
+            return None;
+        }
+        positive += usize::from(pivot > 0.0);
+        for (j, to) in rest.chunks_exact_mut(height).enumerate() {
+            let row = first + k + 1 + j;
+            let factor = column[row] / pivot;
+            to[row..].iter_mut().zip(&column[row..]).for_each(|(to, l)| *to -= factor * l);
+        }
+    }
+    Some(positive)
+}
+
+/// What an operation makes of elements of these columns and rows and of their column's pivot: four rows side by side, column after column, then the next four.
+#[inline(always)]
 fn turned(
     own: &[f64],
-    (columns, height): (std::ops::Range<usize>, usize),
-    rows: std::ops::Range<usize>,
-    out: &mut Vec<f64>,
+    (columns, height): (Range<usize>, usize),
+    rows: Range<usize>,
+    out: &mut Vec<[f64; SIDE]>,
+    operation: impl Fn(f64, f64) -> f64,
 ) {
     out.clear();
-    for row in rows {
-        out.extend(columns.clone().map(|k| own[k * height + row] * own[k * height + k]));
+    for first in rows.clone().step_by(SIDE) {
+        let count = SIDE.min(rows.end - first);
+        for k in columns.clone() {
+            let (mut four, pivot) = ([0.0; SIDE], own[k * height + k]);
+            let elements = &own[k * height + first..][..count];
+            four.iter_mut().zip(elements).for_each(|(to, x)| *to = operation(*x, pivot));
+            out.push(four);
+        }
     }
 }
 
 /// What the eliminated columns of a block leave to the rows below, on and below the diagonal.
-fn leave(own: &[f64], (width, below): (usize, usize), left: &mut [f64], scratch: &mut Vec<f64>) {
+#[inline(always)]
+fn leave<const FMA: bool>(
+    own: &[f64],
+    (width, below): (usize, usize),
+    left: &mut [f64],
+    scratch: &mut Vec<[f64; SIDE]>,
+) {
     let height = width + below;
     for first in (0..below).step_by(STRIP) {
         let columns = STRIP.min(below - first);
-        turned(own, (0..width, height), width + first..width + first + columns, scratch);
+        let rows = width + first..width + first + columns;
+        turned(own, (0..width, height), rows, scratch, |l, pivot| l * pivot);
+        let to = &mut Target { values: &mut left[first * below + first..], stride: below, counts: false };
         let shape = [below - first, width, columns];
-        let to = &mut left[first * below + first..];
-        subtract((to, below, false), (&own[width + first..], height), scratch, shape);
+        subtract::<FMA>(to, (&own[width + first..], height), scratch, shape);
     }
 }

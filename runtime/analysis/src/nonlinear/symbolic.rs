@@ -10,8 +10,18 @@ pub(super) struct Block {
     pub below: Vec<usize>,
     /// Blocks that hand what they leave to this one.
     pub children: Vec<usize>,
-    /// Of a row below: its place among the rows of the block above it in the tree (columns first, then rows below).
-    pub place_above: Vec<usize>,
+    /// Runs of the rows below that stand one behind the other in the block above in the tree too: the first one's place here, there (columns first, then rows below), and
+    /// how many they are.
+    pub runs_above: Vec<[usize; 3]>,
+    /// Blocks above it in the tree.
+    pub level: usize,
+}
+
+impl Block {
+    /// Rows below with their places in the block above.
+    pub fn columns_above(&self) -> impl Iterator<Item = (usize, usize)> {
+        self.runs_above.iter().flat_map(|&[own, above, count]| (0..count).map(move |k| (own + k, above + k)))
+    }
 }
 
 /// Blocks of a matrix, children before parents.
@@ -47,7 +57,7 @@ impl Structure {
         found
     }
 
-    /// Children of blocks, and where their rows are in their parents.
+    /// Children of blocks, where their rows are in their parents, and levels.
     fn connect(&mut self) {
         for index in 0..self.blocks.len() {
             let Some(&next) = self.blocks[index].below.first() else { continue };
@@ -57,8 +67,21 @@ impl Structure {
                 let own = above.first..above.first + above.width;
                 own.chain(above.below.iter().copied()).enumerate().map(|(k, row)| (row, k)).collect()
             };
-            self.blocks[index].place_above = self.blocks[index].below.iter().map(|row| places[row]).collect();
+            let mut runs: Vec<[usize; 3]> = Vec::new();
+            for (own, place) in self.blocks[index].below.iter().map(|row| places[row]).enumerate() {
+                match runs.last_mut() {
+                    Some([_, first, count]) if *first + *count == place => *count += 1,
+                    _ => runs.push([own, place, 1]),
+                }
+            }
+            self.blocks[index].runs_above = runs;
             self.blocks[above].children.push(index);
+        }
+        for index in (0..self.blocks.len()).rev() {
+            let level = self.blocks[index].level + 1;
+            for child in self.blocks[index].children.clone() {
+                self.blocks[child].level = level;
+            }
         }
     }
 }
@@ -154,7 +177,8 @@ fn joined(below: &[Vec<usize>], parents: &[usize]) -> Vec<Block> {
                 width: 1,
                 below: rows.clone(),
                 children: Vec::new(),
-                place_above: Vec::new(),
+                runs_above: Vec::new(),
+                level: 0,
             }),
         }
     }
