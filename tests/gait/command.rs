@@ -30,6 +30,18 @@ fn the_keys_of_a_step() {
     assert_eq!(margins["zmp"], Value::Null);
 }
 
+/// A foot that is about to be let go carries next to nothing: its quotient of forces was 0.97 or 0.49, whichever instant was looked at, and simulations let it
+/// pass.
+#[test]
+fn a_foot_that_is_let_go_takes_no_margin() {
+    for speed in ["0.40", "0.447938", "0.4479381", "0.45"] {
+        let gait = ["robots/seven_link_v1", "--gait", "from_nothing", "--speed", speed, "--json"];
+        let found = bipedc(&[&["gait", "step"], &gait[..]].concat()).ok().json();
+        let friction = found["margins"]["friction"].as_f64().unwrap();
+        assert!((0.1..0.14).contains(&friction), "{friction} at {speed} m/s");
+    }
+}
+
 /// The heel of a foot that rolls over its toe is no foot in the air: the search of this gait saw 11.9 mm at its nodes.
 #[test]
 fn clearance_is_that_of_feet_in_the_air() {

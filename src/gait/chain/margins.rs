@@ -13,6 +13,12 @@ pub(crate) fn light() -> f64 {
     Allowed::default().light
 }
 
+/// Force (N) or impulse (N s) along the ground that a foot needs friction for, as simulations judge it: on one that carries little, what exceeds a part of the
+/// weight.
+fn asked([along, push]: [f64; 2], weight: f64) -> f64 {
+    (along.abs() - Allowed::default().unasked(push, weight)).max(0.0)
+}
+
 /// Part of a phase at each end over which feet in the air may be near the ground.
 const NEAR: f64 = 0.1;
 /// What the controller holds to a limit is beyond it by rounding.
@@ -79,7 +85,9 @@ impl Chain<'_> {
         let whole: f64 = found.iter().map(|[_, push]| push).sum();
         // A light foot has a push, and no quotient.
         let light = light();
-        let judged = |[along, push]: [f64; 2]| [if push < light * whole { f64::NAN } else { along }, push];
+        let judged = |[along, push]: [f64; 2]| {
+            [if push < light * whole { f64::NAN } else { asked([along, push], whole) }, push]
+        };
         let found = found.into_iter().map(judged);
         self.present.borrow_mut().impulses.extend(found);
     }
@@ -245,7 +253,8 @@ impl Seen<'_, '_> {
                 continue;
             }
             if let Some(friction) = friction {
-                smaller(&mut self.margins.friction, friction - along.abs() / push);
+                let along = asked([along, push], self.weight);
+                smaller(&mut self.margins.friction, friction - along / push);
             }
             let Some(moment) = foot.moment else { continue };
             let pressure = -forces[moment] / push;

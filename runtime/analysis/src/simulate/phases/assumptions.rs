@@ -50,6 +50,15 @@ impl Default for Assumptions {
     }
 }
 
+impl Assumptions {
+    /// By how much the force along the ground may exceed friction on a foot that carries `push`, N: a part of the `weight` on one that carries little, else
+    /// nothing. Impulses likewise, N s, with the sum of all feet's as weight.
+    pub fn unasked(&self, push: f64, weight: f64) -> f64 {
+        let light = self.light * weight;
+        if push < LITTLE * light { light } else { 0.0 }
+    }
+}
+
 /// Forces (N) and impulses (N s) that are rounding: at the instant at which a foot lets go its force is zero.
 const ROUNDING: [f64; 2] = [1e-6, 1e-9];
 /// Distances that are rounding, m.
@@ -134,7 +143,7 @@ impl PhasedRobot<'_> {
         let (unit, kind) = if impact { ("N s", "impulse") } else { ("N", "force") };
         let rounding = ROUNDING[usize::from(impact)];
         let loads = (0..self.feet.len()).map(|foot| Load::of(foot, rows, forces).force[2]);
-        let light = self.assumptions.light * if impact { loads.sum() } else { self.weight };
+        let weight = if impact { loads.sum() } else { self.weight };
         for (index, foot) in self.feet.iter().enumerate() {
             if !rows.iter().any(|row| row.foot == index) {
                 continue;
@@ -149,7 +158,7 @@ impl PhasedRobot<'_> {
             }
             let tangential = load.force[0].hypot(load.force[1]);
             let limit = self.assumptions.friction * load.force[2].max(0.0);
-            let slack = if load.force[2] < LITTLE * light { light } else { 0.0 };
+            let slack = self.assumptions.unasked(load.force[2], weight);
             if self.assumptions.friction.is_finite() && tangential > limit + slack + rounding {
                 return found("tangential", tangential, limit, "the foot slips");
             }
