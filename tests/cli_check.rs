@@ -108,6 +108,25 @@ fn init_writes_once() {
     bipedc(&["init", text(&folder.join("none.urdf"))]).fails_with(&["cannot read"]);
 }
 
+/// The feet of a robot without collision shapes were points at its ankles, and nothing but a comment said so: its gait walked on them.
+#[test]
+fn init_says_where_feet_are_a_guess() {
+    let folder = scratch("init_without_shapes");
+    let mut urdf = std::fs::read_to_string("robots/seven_link_v1/robot.urdf").unwrap();
+    let whole = folder.join("whole.urdf");
+    std::fs::write(&whole, &urdf).unwrap();
+    assert_eq!(bipedc(&["init", text(&whole)]).ok().err, "");
+    while let Some(from) = urdf.find("<collision>") {
+        let length = urdf[from..].find("</collision>").unwrap() + "</collision>".len();
+        urdf.replace_range(from..from + length, "");
+    }
+    let bare = folder.join("bare.urdf");
+    std::fs::write(&bare, &urdf).unwrap();
+    let run = bipedc(&["init", text(&bare), "--force"]).ok();
+    assert!(run.err.contains("no collision shape shows where a foot touches the ground"), "{}", run.err);
+    assert!(run.err.contains("biped.toml:"), "{}", run.err);
+}
+
 /// The reader takes one byte and leaves: `bipedc … | head -c1`.
 #[test]
 fn a_broken_pipe_is_no_error() {

@@ -2,7 +2,7 @@
 use crate::terminal::failure::Outcome;
 use crate::terminal::next::Typed;
 use crate::terminal::output;
-use bipedc_compiler::description::{DESCRIPTION_FILE, init};
+use bipedc_compiler::description::{DESCRIPTION_FILE, NO_SHAPE, init};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::files::{Ledger, write};
 use clap::Args;
@@ -53,10 +53,20 @@ impl Init {
         ledger.reads("the URDF", &self.urdf);
         ledger.writes_source("the description", &path)?;
         write(&path, &text)?;
+        output::diagnostics(&guessed_feet(&text, &path).into_iter().collect::<Vec<_>>());
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
         let folder = folder.map_or_else(|| ".".to_owned(), |folder| folder.display().to_string());
         let next = Typed::command("check").path(Path::new(&folder)).because("check its guesses, then");
         output::written(&path, &next, self.json)?;
         Ok(ExitCode::SUCCESS)
     }
+}
+
+/// A warning of feet that no collision shape shows: their points are where joints are, and a robot with soles would walk on its ankles.
+fn guessed_feet(text: &str, path: &Path) -> Option<Diagnostic> {
+    let line = text.lines().position(|line| line.contains(NO_SHAPE))?;
+    let message = "no collision shape shows where a foot touches the ground: its points are a guess";
+    let help =
+        "put the heel and toe (the corners of the sole) of each foot there, m, in the frame of its link";
+    Some(Diagnostic::warning(message).in_file(path).at(line + 1, 0).help(help))
 }

@@ -56,7 +56,7 @@ JSON: {\"steps\", \"rows\", \"time\" (s), \"interrupted\", \"refused\" (why the 
 event-driven: {\"method\", \"rows\", \"time\" (s), \"steps\" (landings), \"end\", \"verdict\": {\"phase\", \"time\", \"quantity\", \
 \"value\", \"limit\", \"unit\", \"meaning\"}, \"changes\": [{\"time\", \"from\", \"to\", \"impulse\": [{\"foot\", \"x\", \"y\", \"z\"}]}], \
 \"projected\": {\"position\", \"velocity\"} (onto the contacts of the first phase), \
-with wished speeds \"speeds\": {\"unit\", \"wished\", \"met\", \"largest_surprise\", \"steps\": [{\"step\", \"time\", \"wished\", \"predicted\", \"reached\", \"rests_before\", \
+with wished speeds \"speeds\": {\"unit\", \"wished\", \"met\", \"largest_miss\", \"largest_surprise\", \"steps\": [{\"step\", \"time\", \"wished\", \"predicted\", \"reached\", \"rests_before\", \
 \"choice\", \"steps_to_wished\", \"parameters\"}], \"keep\" (what choices kept)}; of a gait \"velocity\": {\"joint\", \"time\" (s), \"speed\", \"limit\", \"margin\" (rad/s or m/s)} (the joint nearest to its velocity limit); \"integration\", \"relative_tolerance\", \"wall_time\", \"real_time_factor\", \"log\"}; \
 with --energy also \"energy\" (J): {\"kinetic\", \"potential\", \"rotors\", \"ground_springs\": [start, end]; work \"drives\", \"laws\"; \
 losses \"viscous_friction\", \"dry_friction\", \"stops\", \"impacts\", \"sliding\", \"ground_dampers\", their sum \"lost\"; \"remainder\"}.";

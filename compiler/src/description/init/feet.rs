@@ -91,6 +91,9 @@ fn lowest_point(robot: &UrdfRobot, body: &Body, frames: &[Frame]) -> f64 {
     heights.chain(masses).fold(f64::INFINITY, f64::min)
 }
 
+/// What a first description says of a foot whose points are a guess.
+pub const NO_SHAPE: &str = "it has no collision shape: put the corners of its sole here";
+
 fn guess(
     (robot, frames, pitch): (&UrdfRobot, &[Frame], bool),
     link: usize,
@@ -102,11 +105,7 @@ fn guess(
     let y = frames[link].position[1];
     let side_by_place = (y.abs() > 1e-3).then_some(if y > 0.0 { Side::Left } else { Side::Right });
     let shapes = body.links.iter().any(|&link| !robot.shapes[link].is_empty());
-    let origin = if shapes {
-        "the points are the lowest of its collision shapes"
-    } else {
-        "it has no collision shape: put the corners of its sole here"
-    };
+    let origin = if shapes { "the points are the lowest of its collision shapes" } else { NO_SHAPE };
     FootGuess {
         name: identifier(name),
         link: name.clone(),
