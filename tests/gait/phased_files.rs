@@ -111,6 +111,24 @@ fn outputs_that_say_the_same_are_named() {
     }
 }
 
+/// A phase variable that nothing moves left postures open, and a step of it was called not possible without a place.
+#[test]
+fn a_phase_variable_that_stays_is_an_error_at_its_place() {
+    let text = shipped();
+    let start = text.find("variable = \"").unwrap();
+    let (from, line) = (start + "variable = \"".len(), text[..start].matches('\n').count() + 1);
+    let to = from + text[from..].find('"').unwrap();
+    let file = scratch("phased-files-still").join("still.toml");
+    std::fs::write(&file, format!("{}0 * ({}){}", &text[..from], &text[from..to], &text[to..])).unwrap();
+    let run = bipedc(&["gait", "step", WALKER, "--gait", path(&file), "--speed", "0.4"]);
+    run.fails_with(&[
+        "the phase variable of phase",
+        "does not grow",
+        &format!("still.toml:{line}:"),
+        "help: ",
+    ]);
+}
+
 /// A gait of four phases has no map; one of one phase is none of several.
 #[test]
 fn gaits_of_one_and_of_several_phases_are_told_apart() {

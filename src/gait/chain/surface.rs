@@ -142,7 +142,19 @@ impl Surface {
         let arguments = vec![0.0; Model::<f64>::argument_length(model, Argument::Parameters)];
         let matrix = |q: Vec<f64>| self.in_turn(&self.matrix(model, (&q, &arguments)));
         let found = dependent_in_all(configurations(Model::<f64>::nq(model)).map(matrix));
-        found.and_then(|row| self.output(row)).map_or(Ok(()), |output| Err(self.nothing_new(output)))
+        match found {
+            Some(row) if row == self.held.len() => Err(self.stays()),
+            Some(row) => self.output(row).map_or(Ok(()), |output| Err(self.nothing_new(output))),
+            None => Ok(()),
+        }
+    }
+
+    /// That φ is what the contacts fix already, or a constant.
+    fn stays(&self) -> Diagnostic {
+        let FilePlace { line, column } = self.variable_at;
+        let message = format!("the phase variable of phase `{}` does not grow: nothing moves it", self.name);
+        let help = "choose one that grows along the phase, such as the angle of the leg that stands or the place of the hip";
+        Diagnostic::error(message).at(line, column).help(help)
     }
 
     /// By how much φ changes where the whole robot turns forward about what stands, per rad, if it falls in all postures near one.
