@@ -111,6 +111,19 @@ fn outputs_that_say_the_same_are_named() {
     }
 }
 
+/// A parameter that is refused keeps its unit: formulas of it were said to have others.
+#[test]
+fn a_refused_parameter_gives_one_error() {
+    let text = std::fs::read_to_string("robots/seven_link_v1/gaits/adjustable.toml").unwrap();
+    let wrong = text.replacen("default = 0.33\n", "default = 3.3\n", 1);
+    assert_ne!(wrong, text);
+    let file = scratch("phased-files-refused").join("refused.toml");
+    std::fs::write(&file, &wrong).unwrap();
+    let run = bipedc(&["gait", "step", WALKER, "--gait", path(&file), "--speed", "0.4"]);
+    assert_eq!(run.err.matches("error: ").count(), 1, "{}", run.err);
+    run.fails_with(&["`default` of `step_length`, 3.3, lies outside its bounds"]);
+}
+
 /// A phase variable that nothing moves left postures open, and a step of it was called not possible without a place.
 #[test]
 fn a_phase_variable_that_stays_is_an_error_at_its_place() {

@@ -261,9 +261,9 @@ fn read_parameters(
         let Some(table) = entry.section(format!("[parameters.{}]", short(entry.key)), messages) else {
             continue;
         };
-        // One that is refused is a name all the same, of no unit that can be wrong: formulas that have it are not.
+        // One that is refused is a name all the same, of the unit that it states: formulas that have it are not wrong.
         let parameter = read_parameter(entry.key, &table, messages);
-        let unit = parameter.as_ref().and_then(|parameter| parse_unit(&parameter.unit));
+        let unit = table.get("unit").and_then(|entry| parse_unit(entry.text()?));
         if let Some(meaning) = names.meaning(entry.key) {
             let message = format!("`{}` means something else already: {meaning}", short(entry.key));
             messages.error(section.key_place(entry.key), message, "choose another name for the parameter");
