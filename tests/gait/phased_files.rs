@@ -33,6 +33,12 @@ const MISTAKES: [(&str, &str, &str, &str); 18] = [
     ("wanted.over = [-0.2384", "wanted.over = [0.2384", "smaller number first", "[0.2384"),
     ("wanted.over = [-0.23841098947075048, -0.005049219986075076]\n", "", "has no `over`", "wanted.bezier"),
     ("wanted.bezier = [", "wanted.bezir = [", "did you mean `bezier`?", "bezir"),
+    (
+        "wanted.bezier = [",
+        "wanted.polynomial = [0.1, 0.2]\nwanted.bezier = [",
+        "has `bezier` and `polynomial`",
+        "[0.1, 0.2]",
+    ),
     ("wanted.bezier = [", "wanted.bezier = [\"a\", ", "expected a number", "\"a\""),
     (
         "at = [\n    -0.23841098947075048",

@@ -73,15 +73,21 @@ pub(super) fn phase_dimension(names: &Names) -> Dimension {
     names.known.get(PHASE).and_then(|known| known.dimension)
 }
 
-/// `{ bezier = […], over = [a, b], along = "…", plus = "…" }`
+/// `{ bezier = […], over = [a, b], along = "…", plus = "…" }`, or `polynomial` for `bezier`.
 pub(super) fn read_bezier(
     table: &Section<'_, '_>,
     (unit, names): (Dimension, &Names),
     messages: &mut Messages<'_>,
 ) -> Option<Curve> {
-    table.check_keys(&["bezier", "over", "along", "plus"], messages);
+    table.check_keys(&["bezier", "polynomial", "over", "along", "plus"], messages);
     let along = read_moved(table, "along", (phase_dimension(names), names), messages);
     let plus = read_moved(table, "plus", (unit, names), messages);
+    if let Some(entry) = table.get("polynomial").filter(|_| table.has("bezier")) {
+        let message = format!("`{}` has `bezier` and `polynomial`", table.title);
+        messages.error(entry.at, message, "remove one of them");
+        return None;
+    }
+    let powers = table.has("polynomial");
     let mut need = |key: &'static str, help: &str| {
         let found = table.get(key);
         if found.is_none() {
@@ -89,7 +95,8 @@ pub(super) fn read_bezier(
         }
         found
     };
-    let coefficients = need("bezier", "add bezier = [0.1, 0.2, 0.1], or write a formula");
+    let help = "add bezier = [0.1, 0.2, 0.1] or polynomial = [0.1, 0.2, -0.2], or write a formula";
+    let coefficients = need(if powers { "polynomial" } else { "bezier" }, help);
     let over = need("over", "add over = [-0.2, 0.1]: φ at the first and at the last coefficient");
     let (coefficients, over) = (coefficients?, over?);
     let found = coefficients.numbers(messages)?;
@@ -103,5 +110,42 @@ pub(super) fn read_bezier(
     if names.phase_in_rad {
         check_turns(&over, &places, messages);
     }
+    let found = if powers { of_powers(&found) } else { found };
     Some(Curve::Bezier { coefficients: found, over: places, along: along?, plus: plus? })
+}
+
+/// The Bézier coefficients of Σ cₖ sᵏ with s from 0 to 1: bⱼ = Σₖ C(j, k) / C(n, k) cₖ.
+fn of_powers(powers: &[f64]) -> Vec<f64> {
+    let degree = powers.len() - 1;
+    let mut part = vec![1.0; powers.len()];
+    let mut found = Vec::with_capacity(powers.len());
+    for j in 0..=degree {
+        // C(j, k) / C(n, k) is the product of (j − i) / (n − i) over i below k.
+        for k in 1..=degree {
+            let i = (k - 1) as f64;
+            part[k] = part[k - 1] * (j as f64 - i).max(0.0) / (degree as f64 - i);
+        }
+        found.push(powers.iter().zip(&part).map(|(c, part)| c * part).sum());
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::of_powers;
+
+    #[test]
+    fn powers_are_the_same_curve() {
+        let powers = [0.3, -1.2, 0.7, 2.5, -0.4];
+        let coefficients = of_powers(&powers);
+        for s in [0.0, 0.2, 0.5, 0.9, 1.0] {
+            let wanted: f64 = powers.iter().rev().fold(0.0, |sum, c| sum * s + c);
+            // De Casteljau.
+            let mut row = coefficients.clone();
+            while row.len() > 1 {
+                row = row.windows(2).map(|two| (1.0 - s) * two[0] + s * two[1]).collect();
+            }
+            assert!((row[0] - wanted).abs() < 1e-13, "{} {wanted}", row[0]);
+        }
+    }
 }
