@@ -20,7 +20,7 @@ fn refused(name: &str, text: &str) -> String {
 }
 
 /// What is replaced, by what, where that is said, and in which words.
-const MISTAKES: [(&str, &str, &str, &str); 18] = [
+const MISTAKES: [(&str, &str, &str, &str); 19] = [
     ("name = \"toe_support\"", "name = \"tow_support\"", "did you mean `toe_support`?", "name = \"tow"),
     ("name = \"toe_support\"", "name = \"push_off\"", "is followed by `toe_support`", "name = \"single"),
     ("end = -0.005049219986075076", "", "has no `end`", "[[phase]]"),

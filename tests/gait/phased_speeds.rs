@@ -172,11 +172,11 @@ fn what_has_no_meaning_is_refused() {
 #[test]
 fn cells_break_assumptions_where_margins_of_their_steps_do() {
     let arguments = ["--gait", "adjustable", "--speed", "0.3", "--json"];
-    let over = ["--over", "push_off=0:4:2", "--over", "torso_lean=0:0.02:2", "--assume", "friction"];
+    let over = ["--over", "push_off=4:8:2", "--over", "torso_lean=0:0.06:2", "--assume", "friction"];
     let map = bipedc(&[&["gait", "map", WALKER], &arguments[..], &over[..]].concat()).ok().json();
     let mut slips = 0;
-    for (row, lean) in ["0", "0.02"].into_iter().enumerate() {
-        for (column, push) in ["0", "4"].into_iter().enumerate() {
+    for (row, lean) in ["0", "0.06"].into_iter().enumerate() {
+        for (column, push) in ["4", "8"].into_iter().enumerate() {
             let set = [format!("push_off={push}"), format!("torso_lean={lean}")];
             let set = ["--set", &set[0], "--set", &set[1]];
             let step = bipedc(&[&["gait", "step", WALKER], &arguments[..], &set[..]].concat()).ok().json();
