@@ -20,6 +20,8 @@ const SPINDLES: (f64, f64) = (4.0, 1e4);
 /// So far apart at first, and around the best; units are told from gears within twice as much.
 const COARSE: f64 = 1.3;
 const APART: f64 = 1.03;
+/// A unit explains as well if it leaves no more than so many times as much.
+const AS_WELL: f64 = 1.5;
 /// Factors of encoders whose edges or poles are counted more often than somebody thought. If fewer are, more of the motion is as if a spring were
 /// there, which is the likelier.
 const COUNTS: [f64; 2] = [2.0, 4.0];
@@ -103,13 +105,17 @@ fn refined(evidence: &Evidence<'_>, view: &View, mixup: Mixup) -> Mixup {
         Mixup::Motor(..) => Mixup::Motor(joint, factor),
         _ => Mixup::Geared(joint, factor),
     };
-    let left = |factor: &f64| view.under(evidence, with(*factor)).unexplained().iter().sum::<f64>();
+    let left = |mixup: Mixup| view.under(evidence, mixup).unexplained().iter().sum::<f64>();
     let steps = (COARSE.ln() / APART.ln()).ceil() as i32;
-    let tried = (-steps..=steps).map(|k| rough * APART.powi(k));
-    let best = tried.min_by(|a, b| left(a).total_cmp(&left(b))).unwrap_or(rough);
+    let tried = (-steps..=steps).map(|k| rough * APART.powi(k)).map(|factor| (factor, left(with(factor))));
+    let (best, rest) = tried.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((rough, f64::INFINITY));
+    if matches!(mixup, Mixup::Motor(..)) {
+        return with(best);
+    }
+    // A single joint may leave its scale open: then it is that of a unit.
     let (factor, unit) = unit(evidence, joint);
-    let is_unit = (best / factor).ln().abs() <= 2.0 * APART.ln();
-    if is_unit && !matches!(mixup, Mixup::Motor(..)) { unit } else { with(best) }
+    let is_unit = (best / factor).ln().abs() <= 2.0 * APART.ln() || left(unit) <= AS_WELL * rest;
+    if is_unit { unit } else { with(best) }
 }
 
 /// The unit that a joint's position is mistaken for, and its factor.
