@@ -20,8 +20,8 @@ const SPINDLES: (f64, f64) = (4.0, 1e4);
 /// So far apart at first, and around the best; units are told from gears within twice as much.
 const COARSE: f64 = 1.3;
 const APART: f64 = 1.03;
-/// A unit explains as well if it leaves no more than so many times as much.
-const AS_WELL: f64 = 1.5;
+/// A unit explains as well if it leaves no more than so many times as much: what a log leaves open, not what it hardly tells.
+const AS_WELL: f64 = 1.02;
 /// Factors of encoders whose edges or poles are counted more often than somebody thought. If fewer are, more of the motion is as if a spring were
 /// there, which is the likelier.
 const COUNTS: [f64; 2] = [2.0, 4.0];
