@@ -229,6 +229,21 @@ fn large_effects_are_found_on_heavy_joints() {
     assert!(effects.iter().all(|effect| effect["doubts"][0].as_str().unwrap().contains("usual range")));
 }
 
+/// What hangs above the axis turns the load about: it was called a wrong sign of the effort, or a zero half of a turn elsewhere.
+#[test]
+fn a_payload_that_turns_the_load_about_is_no_wrong_sign() {
+    let folder = arm("one_joint_turned_about");
+    let loaded = |motion: [f64; 4]| torque(motion, 0.06, -0.3);
+    let train = log(&folder, "train.csv", [2.9, 5.3], &loaded);
+    let judge = log(&folder, "judge.csv", [2.3, 6.7], &loaded);
+    let answer = bipedc(&["diagnose", text(&folder), text(&train), "--validate", text(&judge), "--json"]);
+    let answer = answer.ok().json();
+    let [found] = &answer["effects"].as_array().unwrap()[..] else { panic!("{}", answer["summary"]) };
+    assert_eq!((&found["kind"], &found["link"]), (&"payload".into(), &"arm".into()), "{found:#}");
+    let moment = |name: &str| found["parameters"][name].as_f64().unwrap();
+    assert!((moment("mass") * moment("z") / 0.018 - 1.0).abs() < 0.05, "{found:#}");
+}
+
 /// A slide that swings up and down: its position in mm was a correction of its mass.
 #[test]
 fn a_slide_in_millimetres_is_named() {

@@ -68,5 +68,5 @@ fn guessed_feet(text: &str, path: &Path) -> Option<Diagnostic> {
     let message = "no collision shape shows where a foot touches the ground: its points are a guess";
     let help =
         "put the heel and toe (the corners of the sole) of each foot there, m, in the frame of its link";
-    Some(Diagnostic::warning(message).in_file(path).at(line + 1, 0).help(help))
+    Some(Diagnostic::warning(message).in_file(path).at(line + 1, 1).help(help))
 }

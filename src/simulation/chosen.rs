@@ -195,7 +195,7 @@ impl fmt::Display for WalkedSpeeds {
         }
         writeln!(
             f,
-            "{met} of {wished} wished speeds were met within {MET:.0e} of them; largest difference from a wish {largest_miss:.1e} {unit}, from a prediction {largest_surprise:.1e} {unit}\n"
+            "{met} of {wished} wished speeds were met within {MET:.0e}; largest difference from a wish {largest_miss:.1e} {unit}, from a prediction {largest_surprise:.1e} {unit}\n"
         )
     }
 }

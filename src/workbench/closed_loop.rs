@@ -250,6 +250,9 @@ fn repeated(bench: &PhasedBench, trial: &Trial, begin: f64) -> Result<Repeated, 
         return Err(Diagnostic::error(format!("steps do not repeat themselves within {STEPS}")).into());
     }
     let last = bench.step(&trial.walker().phases, &ChainOptions { speed, ..ChainOptions::default() })?;
+    if let Some(reason) = last.reason.filter(|_| !last.feasible) {
+        return Err(Diagnostic::error(format!("a step that repeats itself is not possible: {reason}")).into());
+    }
     let duration = last.duration.unwrap_or(f64::NAN);
     let margins = Some((last.margins, bench.gait.limits.friction));
     Ok(Repeated { speed, multiplier, duration, cost_of_transport: None, phases: last.phases, margins })

@@ -169,7 +169,6 @@ fn cover(pairs: &[[usize; 2]]) -> Vec<usize> {
 mod tests {
     use super::*;
 
-    /// r = (x² y + z, sin x · w, x w): first and second derivatives by hand.
     #[test]
     fn machine_code_gives_what_numbers_with_slopes_give() {
         let graph = Graph::new();
@@ -193,6 +192,7 @@ mod tests {
         (0..50).for_each(|_| assert_eq!(both(), first));
     }
 
+    /// r = (x² y + z, sin x · w, x w): first and second derivatives by hand.
     #[test]
     fn derivatives_are_those_by_hand() {
         let graph = Graph::new();

@@ -26,10 +26,11 @@ struct Found {
 pub(super) fn beside_payloads(
     regression: &mut Regression<'_>,
     (mut active, mut scored): (Vec<usize>, ScoredFit),
-    corrected: bool,
+    (corrected, most, banned): (bool, usize, &[usize]),
 ) -> (Vec<usize>, ScoredFit) {
     for _ in 0..MOST {
-        let Some(found) = best(regression, (&active, &scored), corrected) else { break };
+        let is_free = active.len() < most + regression.standing.len();
+        let Some(found) = best(regression, (&active, &scored), (corrected, is_free, banned)) else { break };
         let before: Vec<_> = active.iter().map(|&c| (c, regression.remembered(c))).collect();
         let (payload, candidate, products) = found.payload;
         regression.replace(payload, Some((candidate, products)));
@@ -40,6 +41,8 @@ pub(super) fn beside_payloads(
         });
         let Some(fitted) = fitted else {
             before.into_iter().for_each(|(c, form)| regression.recall(c, form));
+            // Those that do not stand were taken beside what is refused.
+            regression.linearise(&active, corrected);
             break;
         };
         (active, scored) = (found.active, fitted);
@@ -66,7 +69,7 @@ fn is_better(
 fn best(
     regression: &Regression<'_>,
     (active, scored): (&[usize], &ScoredFit),
-    corrected: bool,
+    (corrected, is_free, banned): (bool, bool, &[usize]),
 ) -> Option<Found> {
     let judged = &active[regression.standing.len()..];
     let is_payload = |c: &usize| regression.candidates[*c].form.kind.law == Law::Payload;
@@ -78,6 +81,8 @@ fn best(
         let may = newcomers(regression, payload, &base);
         may.into_iter().map(move |c| (payload, [base.as_slice(), &[c]].concat()))
     });
+    let tried = tried.filter(|(_, set)| is_free || set.len() <= active.len());
+    let tried = tried.filter(|(_, set)| set.last().is_some_and(|c| !banned.contains(c)));
     let tried: Vec<(usize, Vec<usize>)> = tried.collect();
     let found = parallel(tried.len(), |i| {
         let (payload, set) = &tried[i];

@@ -15,6 +15,9 @@ use bipedc_effects::effect::Effect;
 /// Effects with a smaller share of the main rows' error are there for other rows.
 const ELSEWHERE: f64 = 0.01;
 
+/// More of the weighted squared error than that is no chance.
+const CHANCE: f64 = 4.0;
+
 /// Why a candidate does not stand that the search would let in: it went when everything was estimated exactly.
 const NO_MORE: &str = "with the other effects estimated exactly it may as well be nothing, or the held-out error does not fall with it";
 
@@ -27,7 +30,7 @@ pub(super) struct Conclusion<'s> {
 
 impl Conclusion<'_> {
     /// An effect that the final estimate, with what was corrected, tells nothing of: all that it might be includes that it is nothing,
-    /// or the held-out error does not fall with it.
+    /// or the held-out error does not fall with it, neither beside what entered before it nor, where corrections make up for what these leave, beside all.
     pub(super) fn idle(&self, diagnosis: &Diagnosis) -> Option<usize> {
         let judged = self.regression.standing.len()..self.outcome.active.len();
         let share = |k: usize| {
@@ -38,18 +41,20 @@ impl Conclusion<'_> {
             diagnosis.effects.iter().find(same).map_or(f64::INFINITY, |found| found.share)
         };
         let several = judged.len() > 1;
-        let says_nothing = |k: usize| several && share(k) <= 0.0 && self.removed(k) <= 0.0;
+        let says_nothing = |k: usize| several && share(k) <= 0.0 && self.removed(k) <= CHANCE;
         judged.rev().find(|&k| uncertain(&self.settled.refined, k) || says_nothing(k))
     }
 
-    /// What an effect removes of the weighted squared error beside all others. Its share is that beside those which entered before it: what they leave
-    /// of a large error may hide it, where corrections make up for that.
+    /// What an effect removes of the weighted squared error beside all others; nothing where nothing was corrected. Its share is that beside those which
+    /// entered before it: what they leave of a large error may hide it, where corrections make up for that.
     fn removed(&self, k: usize) -> f64 {
+        if self.settled.corrections.is_empty() {
+            return 0.0;
+        }
         let mut fewer = self.outcome.active.clone();
         fewer.remove(k);
-        let corrected = !self.settled.corrections.is_empty();
         let left = |active: &[usize]| {
-            let errors = self.regression.scored_fit(active, corrected)?.errors;
+            let errors = self.regression.scored_fit(active, true)?.errors;
             Some(errors.iter().zip(&self.regression.weights).map(|(e, w)| e * w).sum::<f64>())
         };
         match (left(&fewer), left(&self.outcome.active)) {

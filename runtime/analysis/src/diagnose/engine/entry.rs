@@ -154,7 +154,7 @@ pub(super) fn steady(
     norm(&mut a.iter().zip(b).map(|(a, b)| a - b)) <= 0.5 * size
 }
 
-/// Whether an effect removes most of what is left above the noise of a row that inertial corrections alone leave far above it: they took up what they
+/// Whether an effect removes most of what is left above the noise of a row that inertial corrections and the other effects leave loud: they took up what they
 /// could of the effect, so that its size is another one without them.
 pub(super) fn settles(regression: &Regression<'_>, c: usize, before: &ScoredFit, after: &ScoredFit) -> bool {
     let above = |scored: &ScoredFit, row: usize| scored.errors[row] - regression.noise_squares[row];
@@ -166,9 +166,12 @@ pub(super) fn settles(regression: &Regression<'_>, c: usize, before: &ScoredFit,
 
 /// The same of the `k`-th effect of what was found, beside all others.
 pub(super) fn is_settling(regression: &Regression<'_>, outcome: &Outcome, k: usize) -> bool {
+    if !outcome.corrected {
+        return false;
+    }
     let mut fewer = outcome.active.clone();
     let c = fewer.remove(k);
-    let before = regression.scored_fit(&fewer, outcome.corrected).filter(|_| outcome.corrected);
+    let before = regression.scored_fit(&fewer, true);
     before.is_some_and(|before| settles(regression, c, &before, &outcome.scored))
 }
 

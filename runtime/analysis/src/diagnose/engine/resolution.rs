@@ -21,11 +21,12 @@ const BESIDE_IMPACTS: f64 = 10.0;
 pub(super) fn resolutions(experiment: &dyn Experiment) -> Vec<f64> {
     let rows = experiment.rows();
     let size = |row: usize| {
-        // At stops drives push as hard as they can, and nothing is told by it.
+        // Where joints stick or lie at stops drives push as hard as they can, and nothing is told by it.
         let values = experiment.measured(row).unwrap_or_default();
         let free = without_sticking(experiment, row, &values, |_| true);
         let (squares, count) = free.fold((0.0, 0.0), |(sum, n), x| (sum + x * x, n + 1.0));
-        (squares / f64::max(count, 1.0)).sqrt()
+        let all = || values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64;
+        if count > 0.0 { (squares / count).sqrt() } else { all().sqrt() }
     };
     let sizes: Vec<f64> = (0..rows.len()).map(size).collect();
     let largest = |row: usize| {

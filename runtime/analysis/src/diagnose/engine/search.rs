@@ -182,7 +182,7 @@ pub(super) fn run_without(
     (active, scored) = exchange(regression, active, scored, corrected);
     (active, scored) = prune(regression, active, scored, corrected);
     (active, scored) = relinearised(regression, active, scored, corrected);
-    (active, scored) = beside_payloads(regression, (active, scored), corrected);
+    (active, scored) = beside_payloads(regression, (active, scored), (corrected, most, &banned));
     Some((Outcome { active, scored, corrected, reasons, rival: None }, doubtful))
 }
 
@@ -259,7 +259,7 @@ fn tried(
     may_enter
 }
 
-/// The candidate whose entry lowers the cost most, the first of equal ones. Of effects on links that cost about as much because they all lower the
+/// The candidate whose entry lowers the cost most, the first of equal ones. Of effects on links that cost about as much, as they do where all lower the
 /// error below the noise, the one that lowers it most: a payload that is seen at some joints is no displaced centre of mass at one.
 fn cheapest<'t>(
     regression: &Regression<'_>,

@@ -38,10 +38,10 @@ pub(super) fn insignificant(
         return Some(Insignificant { effect, impossible: true });
     }
     let fall = |k: usize| match fall_of(regression, refined, k) {
-        _ if uncertain(refined, k) => f64::NEG_INFINITY,
         small if small < 0.5 * LEAST && is_settling(regression, outcome, k) => f64::INFINITY,
         fall => fall,
     };
+    let fall = |k: usize| if uncertain(refined, k) { f64::NEG_INFINITY } else { fall(k) };
     let (effect, fall) = judged.map(|k| (k, fall(k))).min_by(|a, b| a.1.total_cmp(&b.1))?;
     (fall < 0.5 * LEAST).then_some(Insignificant { effect, impossible: false })
 }
@@ -52,10 +52,12 @@ fn is_reachable(regression: &Regression<'_>, refined: &Refined, k: usize) -> boo
     let reach = Reach::of(regression.judge, &effect.location);
     let half = |name: &str| {
         let mut widths = refined.half_width[k].iter().filter(|(n, half)| n == name && half.is_finite());
-        widths.next().map_or(0.0, |(_, half)| *half)
+        let (low, high) = effect.plausible(name);
+        widths.next().map_or(0.0, |(_, half)| half.min(high - low))
     };
     let holds = |name: &str, value: f64| {
-        [0.0, -1.0, 1.0].iter().any(|side| reach.holds(effect, name, value + side * half(name)))
+        let parts = [0.0, -0.5, 0.5, -1.0, 1.0];
+        parts.iter().any(|part| reach.holds(effect, name, value + part * half(name)))
     };
     effect.parameters.iter().all(|(name, value)| {
         let parameter = effect.kind.parameter(name);

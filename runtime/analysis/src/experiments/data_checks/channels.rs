@@ -51,11 +51,13 @@ pub(super) fn check(evidence: &Evidence<'_>) -> Vec<Diagnostic> {
         let mut ranked = tried(evidence, &view, &left);
         let Some((best, gain)) = ranked.pop() else { break };
         let mixup = refined(evidence, &view, best);
-        let others: Vec<Mixup> = ranked
-            .iter()
-            .filter(|(other, much)| *much > ALIKE * gain && !other.scales_as(best))
-            .map(|(mixup, _)| *mixup)
-            .collect();
+        let mut others: Vec<Mixup> = Vec::new();
+        for (other, _) in ranked.iter().rev().filter(|(_, much)| *much > ALIKE * gain) {
+            // Neighbouring factors say the same.
+            if !other.scales_as(best) && !others.iter().any(|known| known.scales_as(*other)) {
+                others.push(*other);
+            }
+        }
         found.push(error(evidence, mixup, &others));
         view = view.under(evidence, mixup);
     }
@@ -96,7 +98,7 @@ fn whole(evidence: &Evidence<'_>, view: &View) -> Option<Mixup> {
 /// A factor of a position put right: the one around it that explains most, or that of a unit next to it.
 fn refined(evidence: &Evidence<'_>, view: &View, mixup: Mixup) -> Mixup {
     let (joint, rough) = match mixup {
-        Mixup::Geared(joint, factor) if !COUNTS.contains(&factor) => (joint, factor),
+        Mixup::Geared(joint, factor) if view.range(joint) >= WIDE => (joint, factor),
         Mixup::Motor(joint, factor) => (joint, factor),
         Mixup::Degrees(joint) => (joint, 180.0 / PI),
         other => return other,
@@ -105,17 +107,23 @@ fn refined(evidence: &Evidence<'_>, view: &View, mixup: Mixup) -> Mixup {
         Mixup::Motor(..) => Mixup::Motor(joint, factor),
         _ => Mixup::Geared(joint, factor),
     };
-    let left = |mixup: Mixup| view.under(evidence, mixup).unexplained().iter().sum::<f64>();
+    let left = |mixup: Mixup| view.under(evidence, mixup).unexplained();
+    let whole = |factor: f64| left(with(factor)).iter().sum::<f64>();
     let steps = (COARSE.ln() / APART.ln()).ceil() as i32;
-    let tried = (-steps..=steps).map(|k| rough * APART.powi(k)).map(|factor| (factor, left(with(factor))));
-    let (best, rest) = tried.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((rough, f64::INFINITY));
+    let tried = (-steps..=steps).map(|k| rough * APART.powi(k)).map(|factor| (factor, whole(factor)));
+    let best = tried.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(rough, |(factor, _)| factor);
     if matches!(mixup, Mixup::Motor(..)) {
         return with(best);
     }
+    let near = |factor: f64| (best / factor).ln().abs() <= 2.0 * APART.ln();
+    if let Some(count) = COUNTS.into_iter().find(|&count| near(count)) {
+        return with(count);
+    }
     // A single joint may leave its scale open: then it is that of a unit.
     let (factor, unit) = unit(evidence, joint);
-    let is_unit = (best / factor).ln().abs() <= 2.0 * APART.ln() || left(unit) <= AS_WELL * rest;
-    if is_unit { unit } else { with(best) }
+    let as_well =
+        || left(unit).iter().zip(left(with(best))).all(|(unit, best)| *unit <= AS_WELL * best + 1e-9);
+    if near(factor) || as_well() { unit } else { with(best) }
 }
 
 /// The unit that a joint's position is mistaken for, and its factor.
@@ -135,7 +143,7 @@ fn scales(evidence: &Evidence<'_>, view: &View, joint: usize) -> Vec<Mixup> {
     let (low, high) = if evidence.joints[joint].1 { SPINDLES } else { GEARS };
     list.push(unit(evidence, joint).1);
     let count = ((high / low).ln() / COARSE.ln()) as i32;
-    let factors = (0..=count).map(|k| low * COARSE.powi(k));
+    let factors = (1..=count).map(|k| low * COARSE.powi(k));
     list.extend(factors.flat_map(|factor| [Mixup::Geared(joint, factor), Mixup::Motor(joint, factor)]));
     list
 }
@@ -154,8 +162,8 @@ fn tried(evidence: &Evidence<'_>, view: &View, left: &[f64]) -> Vec<(Mixup, f64)
             let heals = |&&j: &&usize| left[j] > SUSPICIOUS && then[j] < LEFT * left[j];
             let mut healed = concerned.iter().filter(heals).peekable();
             let healed = healed.peek().is_some() && healed.all(|&j| read.explains(j));
-            let healed = healed && !is_carried(evidence, (view, &concerned), after);
-            (healed && after < LEFT * before).then_some((mixup, before - after))
+            let is_carried = || mixup.is_of_sign_or_zero() && is_carried(evidence, (view, &concerned), after);
+            (healed && after < LEFT * before && !is_carried()).then_some((mixup, before - after))
         })
         .collect();
     good.sort_by(|a, b| a.1.total_cmp(&b.1));
@@ -228,7 +236,7 @@ fn described(evidence: &Evidence<'_>, mixup: Mixup) -> (String, String) {
         }
         Mixup::Motor(j, factor) => {
             let words = format!(
-                "is about {factor:.0} times too large and its effort as much too small: those of a motor in front of its gear (scale: one over its exact ratio, and the ratio)"
+                "is about {factor:.0} times too large and its effort as much too small: those of a motor in front of its gear or spindle (scale: one over its exact ratio, and the ratio)"
             );
             let (words, line) = position(j, &words, &format!("scale = {}", inverse(factor)));
             (words, format!("{line}\n  {}", effort(j, "", &format!("scale = {factor:.3}")).1))
@@ -268,7 +276,11 @@ fn of_column(joint: &str, what: &str, (words, entry): (&str, &str)) -> (String, 
 /// One over a factor: exact of counts and units, what was found of others.
 fn inverse(factor: f64) -> String {
     let exact = COUNTS.contains(&factor) || factor == MILLIMETRES;
-    if exact { factor.recip().to_string() } else { format!("{:.5}", factor.recip()) }
+    match factor {
+        _ if exact => factor.recip().to_string(),
+        _ if factor < 100.0 => format!("{:.5}", factor.recip()),
+        _ => format!("{:.4e}", factor.recip()),
+    }
 }
 
 /// Of a position that is so many times too large.

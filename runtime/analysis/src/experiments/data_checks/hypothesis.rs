@@ -51,10 +51,16 @@ pub(super) enum Mixup {
 }
 
 impl Mixup {
-    /// Whether both are about the scale of the same position.
+    /// Whether it is about a sign or a zero, which something that a link carries looks like.
+    pub fn is_of_sign_or_zero(self) -> bool {
+        matches!(self, Self::PositionSign(_) | Self::EffortSign(_) | Self::Direction(_) | Self::Quarters(..))
+    }
+
+    /// Whether both are about the scale of the same position, and of the same efforts.
     pub fn scales_as(self, other: Self) -> bool {
         let of = |mixup: Self| match mixup {
-            Self::Degrees(joint) | Self::Geared(joint, _) | Self::Motor(joint, _) => Some(joint),
+            Self::Degrees(joint) | Self::Geared(joint, _) => Some((joint, false)),
+            Self::Motor(joint, _) => Some((joint, true)),
             _ => None,
         };
         of(self).is_some() && of(self) == of(other)
@@ -203,7 +209,7 @@ impl View {
 }
 
 /// Standard deviation.
-fn spread(values: &[f64]) -> f64 {
+pub(super) fn spread(values: &[f64]) -> f64 {
     let n = values.len().max(1) as f64;
     let mean = values.iter().sum::<f64>() / n;
     (values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt()
