@@ -15,6 +15,8 @@ use std::path::Path;
 const SECOND_LOOKS: usize = 2;
 /// Part of the error that a slower filter must leave for a second look behind it.
 pub(super) const QUIETER: f64 = 0.8;
+/// Part of a log's samples in or next to which a joint must stick for a look behind a faster filter.
+const STICKS: f64 = 0.1;
 /// An answer that is better behind one filter may be so much worse behind another.
 const ALIKE: f64 = 1.01;
 
@@ -79,7 +81,7 @@ pub(super) fn filtered<'m>(
 type Found<'m> = (Filtered<'m>, Diagnosis);
 
 /// A search of the same at another cut-off, if its answer is the better one: a slower one, where with all that was found much less is
-/// left behind it, because encoders are coarse; faster ones, where something is left that nothing explains, because what friction does
+/// left behind it, because encoders are coarse; a faster one, where joints stick and something is left above the noise; faster ones, where something is left that nothing explains, because what friction does
 /// within a few degrees of a reversal is over before a slow filter shows it. `quietest` is the cut-off (Hz) behind which least is left, and how much;
 /// without it, as where the cut-off is given, there is no second look.
 pub(super) fn second_look<'m>(
@@ -105,6 +107,13 @@ pub(super) fn second_look<'m>(
             && (left(first, second) <= ALIKE * left(first, answer) || numbers(second) < numbers(answer))
     };
     if let Some(found) = is_quieter.then(|| look(cutoff)).flatten().filter(better) {
+        return Some(found);
+    }
+    let is_stuck = cutoff > here && answer.unexplained && !answer.leaves_structure() && sticks(first, answer);
+    let is_sharper = |(other, second): &Found<'_>| {
+        (!second.unexplained || says_the_same(second, answer)) && left(other, second) < left(other, answer)
+    };
+    if let Some(found) = is_stuck.then(|| look(cutoff)).flatten().filter(is_sharper) {
         return Some(found);
     }
     let structured: Vec<String> = answer.structured().map(|part| part.joint.clone()).collect();
@@ -148,6 +157,19 @@ fn elsewhere(
     places.filter(|place| !concerns(&place.1) && !stands(place)).collect()
 }
 
+/// Whether a joint in which something is left sticks for a good part of the log: a slow filter smears each start and stop over what
+/// lies beside them.
+fn sticks(logs: &Filtered<'_>, answer: &Diagnosis) -> bool {
+    let experiment = &*logs.train.experiment;
+    let part = |row: usize| {
+        let flags = experiment.sticks(row);
+        flags.iter().filter(|sticks| **sticks).count() as f64 / flags.len().max(1) as f64
+    };
+    let rows = experiment.rows().iter().enumerate();
+    let mut suspects = rows.filter(|(_, row)| answer.suspects.contains(&row.name));
+    suspects.any(|(row, _)| part(row) > STICKS)
+}
+
 /// What is left in a row, where its joint does not stick.
 fn missed(fall: &ErrorFall) -> f64 {
     fall.after_moving.unwrap_or(fall.after)
@@ -157,6 +179,14 @@ fn missed(fall: &ErrorFall) -> f64 {
 fn left(logs: &Filtered<'_>, answer: &Diagnosis) -> f64 {
     let effects: Vec<Effect> = answer.estimated().cloned().collect();
     mean_error(logs.judging().unwrap_or(&*logs.train.experiment), &effects)
+}
+
+/// Whether two answers name the same effects.
+fn says_the_same(a: &Diagnosis, b: &Diagnosis) -> bool {
+    let named = |answer: &Diagnosis, effect: &Effect| {
+        answer.estimated().any(|other| other.kind == effect.kind && other.location == effect.location)
+    };
+    a.effects.len() == b.effects.len() && a.estimated().all(|effect| named(b, effect))
 }
 
 /// How many numbers an answer has estimated.

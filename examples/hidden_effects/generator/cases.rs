@@ -1,6 +1,7 @@
 //! The list of cases. The random numbers of a case follow from its name; sampling and encoders take turns.
 use super::truth::{Experiment, Group, Part, Plan};
 use bipedc_effects::effect::Location;
+use std::collections::BTreeMap;
 
 /// Robot, kind, place (`joint`, `joint<other`, `link:…`, `sensor:…` or nothing).
 type Entry = (&'static str, &'static str, &'static str);
@@ -263,6 +264,32 @@ const MEETING: &[Several] = &[
     ),
 ];
 
+/// Joints that stop for three quarters of a second again and again and stick meanwhile, under soft control. Added last.
+const RESTING: &[Several] = &[
+    (Group::Single, "coulomb", "arm", &[("coulomb_friction", "elbow")]),
+    (Group::Single, "coulomb", "humanoid", &[("coulomb_friction", "left_hip_roll")]),
+    (Group::Single, "asymmetric", "small_biped", &[("asymmetric_coulomb_friction", "left_hip_pitch")]),
+    (
+        Group::Pair,
+        "coulomb_and_viscous",
+        "arm",
+        &[("coulomb_friction", "shoulder"), ("viscous_friction", "shoulder")],
+    ),
+    (
+        Group::Pair,
+        "two_joints",
+        "tulip",
+        &[("coulomb_friction", "left_knee_pitch"), ("coulomb_friction", "right_hip_pitch")],
+    ),
+    (
+        Group::Pair,
+        "coulomb_and_rotor",
+        "biped_3d",
+        &[("coulomb_friction", "right_knee_pitch"), ("rotor_inertia", "right_knee_pitch")],
+    ),
+    (Group::Clean, "clean", "quadruped", &[]),
+];
+
 const CLEAN: &[(Experiment, &str)] = &[
     (Experiment::Hanging, "tulip"),
     (Experiment::Hanging, "five_link"),
@@ -287,75 +314,121 @@ fn place(text: &str) -> Location {
 /// Names of cases whose encoders sit on the motors.
 const ON_MOTORS: &str = "motor_side";
 
-/// All cases, in the order of the scoreboard.
-pub fn all() -> Vec<Plan> {
-    let mut cases: Vec<Plan> = Vec::new();
-    let mut add = |name: String, group, robot, experiment, parts: &[(&'static str, &'static str)]| {
-        let same =
-            cases.iter().filter(|case| case.name.rsplit_once('-').is_some_and(|(n, _)| n == name)).count();
-        let parts = parts.iter().map(|(kind, at)| Part { kind, place: place(at) }).collect();
-        let index = cases.len();
-        cases.push(Plan {
-            name: format!("{name}-{}", same + 1),
-            seed: format!("{name}-{}", same + 1),
-            group,
-            robot,
-            size: if robot == "small_biped" { 0.35 } else { 1.0 },
-            experiment,
-            parts,
+/// Names of cases whose joints stop again and again.
+const RESTS: &str = "resting";
+
+/// A case without what takes turns.
+struct Case {
+    name: String,
+    group: Group,
+    robot: &'static str,
+    experiment: Experiment,
+    parts: Vec<(&'static str, &'static str)>,
+}
+
+impl Case {
+    /// A case of joints that follow a motion.
+    fn hanging(name: String, group: Group, (robot, kind, at): Entry) -> Self {
+        let parts = if kind.is_empty() { Vec::new() } else { vec![(kind, at)] };
+        Self { name, group, robot, experiment: Experiment::Hanging, parts }
+    }
+
+    /// Cases of one list, their names behind a word.
+    fn several(word: &str, experiment: Experiment, list: &[Several]) -> Vec<Self> {
+        let case = |&(group, what, robot, parts): &Several| {
+            let name = format!("{word}_{what}").trim_start_matches('_').to_owned();
+            Self { name, group, robot, experiment, parts: parts.to_vec() }
+        };
+        list.iter().map(case).collect()
+    }
+
+    /// As the `index`-th of the scoreboard and the `count`-th of its name.
+    fn plan(self, index: usize, count: usize) -> Plan {
+        let name = format!("{}-{count}", self.name);
+        Plan {
+            seed: name.clone(),
+            name,
+            group: self.group,
+            robot: self.robot,
+            size: if self.robot == "small_biped" { 0.35 } else { 1.0 },
+            experiment: self.experiment,
+            parts: self.parts.into_iter().map(|(kind, at)| Part { kind, place: place(at) }).collect(),
             rate: [250.0, 500.0, 200.0, 1000.0][index % 4],
             // 2000 counts of the motor behind a gear of 111, or a cheap encoder at the joint.
             counts: if index % 5 == 3 { 4096.0 } else { 222_000.0 },
             velocities: index % 3 != 1,
-            motor_side: name.starts_with(ON_MOTORS),
-        });
+            motor_side: self.name.starts_with(ON_MOTORS),
+            rests: self.name.starts_with(RESTS),
+        }
+    }
+}
+
+/// All cases, in the order of the scoreboard.
+pub fn all() -> Vec<Plan> {
+    let mut seen: BTreeMap<String, usize> = BTreeMap::new();
+    let of_tulip = of_tulip_and_shipped().into_iter();
+    let cases = of_tulip.chain(of_other_robots()).enumerate();
+    let plan = |(index, case): (usize, Case)| {
+        let count = seen.entry(case.name.clone()).or_default();
+        *count += 1;
+        case.plan(index, *count)
     };
-    for &(robot, kind, at) in SINGLE {
-        add(kind.to_owned(), Group::Single, robot, Experiment::Hanging, &[(kind, at)]);
-    }
-    for &(experiment, (robot, kind, at)) in CONTACT {
-        let name = format!("{experiment:?}_{kind}").to_lowercase();
-        add(name, Group::Single, robot, experiment, &[(kind, at)]);
-    }
-    for (name, robot, parts) in PAIRS {
-        add((*name).to_owned(), Group::Pair, robot, Experiment::Hanging, parts);
-    }
-    for &(experiment, robot) in CLEAN {
-        add(format!("clean_{experiment:?}").to_lowercase(), Group::Clean, robot, experiment, &[]);
-    }
-    for robot in CAD {
-        add("cad".to_owned(), Group::Cad, robot, Experiment::Hanging, &[]);
-    }
-    for &(robot, kind, at) in WITH_CAD {
-        add(format!("cad_{kind}"), Group::CadAndEffect, robot, Experiment::Hanging, &[(kind, at)]);
-    }
-    for &(robot, kind, at) in OUTSIDE {
-        add(format!("outside_{kind}"), Group::Outside, robot, Experiment::Hanging, &[(kind, at)]);
-    }
-    for &(robot, kind, at) in FLAT {
-        add(format!("flatimpacts_{kind}"), Group::Single, robot, Experiment::FlatImpacts, &[(kind, at)]);
-    }
-    for &(robot, kind, at) in LATER {
-        add(kind.to_owned(), Group::Single, robot, Experiment::Hanging, &[(kind, at)]);
-    }
-    for &(group, (robot, kind, at)) in ROBOTS {
-        let what = match group {
-            Group::Clean => "clean",
-            Group::Cad => "cad",
-            _ => kind,
-        };
-        let parts = if kind.is_empty() { &[][..] } else { &[(kind, at)] };
-        add(format!("{robot}_{what}"), group, robot, Experiment::Hanging, parts);
-    }
-    for &(group, (robot, kind, at)) in MOTOR_SIDE {
-        let (what, parts) = if kind.is_empty() { ("clean", &[][..]) } else { (kind, &[(kind, at)][..]) };
-        add(format!("{ON_MOTORS}_{what}"), group, robot, Experiment::Hanging, parts);
-    }
-    for &(group, what, robot, parts) in STANDING {
-        add(format!("standing_{what}"), group, robot, Experiment::Swaying, parts);
-    }
-    for &(group, what, robot, parts) in MEETING {
-        add(what.to_owned(), group, robot, Experiment::Hanging, parts);
-    }
+    cases.map(plan).collect()
+}
+
+/// Cases of the robots in `robots/`.
+fn of_tulip_and_shipped() -> Vec<Case> {
+    let mut cases: Vec<Case> = Vec::new();
+    let named = |word: &str, group: Group, list: &[Entry]| -> Vec<Case> {
+        list.iter().map(|entry| Case::hanging(format!("{word}{}", entry.1), group, *entry)).collect()
+    };
+    cases.extend(named("", Group::Single, SINGLE));
+    cases.extend(CONTACT.iter().map(|&(experiment, (robot, kind, at))| Case {
+        name: format!("{experiment:?}_{kind}").to_lowercase(),
+        group: Group::Single,
+        robot,
+        experiment,
+        parts: vec![(kind, at)],
+    }));
+    cases.extend(PAIRS.iter().map(|&(name, robot, parts)| Case {
+        name: name.to_owned(),
+        group: Group::Pair,
+        robot,
+        experiment: Experiment::Hanging,
+        parts: parts.to_vec(),
+    }));
+    cases.extend(CLEAN.iter().map(|&(experiment, robot)| Case {
+        name: format!("clean_{experiment:?}").to_lowercase(),
+        group: Group::Clean,
+        robot,
+        experiment,
+        parts: Vec::new(),
+    }));
+    cases.extend(CAD.iter().map(|robot| Case::hanging("cad".to_owned(), Group::Cad, (robot, "", ""))));
+    cases.extend(named("cad_", Group::CadAndEffect, WITH_CAD));
+    cases.extend(named("outside_", Group::Outside, OUTSIDE));
+    let flat = named("flatimpacts_", Group::Single, FLAT).into_iter();
+    cases.extend(flat.map(|case| Case { experiment: Experiment::FlatImpacts, ..case }));
+    cases.extend(named("", Group::Single, LATER));
+    cases
+}
+
+/// Cases that were added later, most of them of other robots.
+fn of_other_robots() -> Vec<Case> {
+    let what = |group: Group, kind: &'static str| match group {
+        Group::Clean => "clean",
+        Group::Cad => "cad",
+        _ => kind,
+    };
+    let robots = ROBOTS
+        .iter()
+        .map(|&(group, entry)| Case::hanging(format!("{}_{}", entry.0, what(group, entry.1)), group, entry));
+    let motors = MOTOR_SIDE
+        .iter()
+        .map(|&(group, entry)| Case::hanging(format!("{ON_MOTORS}_{}", what(group, entry.1)), group, entry));
+    let mut cases: Vec<Case> = robots.chain(motors).collect();
+    cases.extend(Case::several("standing", Experiment::Swaying, STANDING));
+    cases.extend(Case::several("", Experiment::Hanging, MEETING));
+    cases.extend(Case::several(RESTS, Experiment::Hanging, RESTING));
     cases
 }

@@ -51,6 +51,8 @@ pub fn generate(plan: &Plan, folder: &Path) -> Result<Made, Failure> {
     let slow = plan.parts.iter().any(|part| part.kind == "stribeck_friction");
     let pace = if slow { 0.35 } else { 1.0 };
     let motions = [(); 2].map(|()| motion::draw(&nominal.description, pace, &mut random));
+    let resting = |motion: Vec<JointMotion>| motion.into_iter().map(JointMotion::with_rests).collect();
+    let motions = if plan.rests { motions.map(resting) } else { motions };
     let mut truth = Truth::new(plan);
     let rigid = rigid(&nominal)?;
     let quiet = run(&rigid, &[], &motions[0], 6.0, 250.0)?;
@@ -101,7 +103,7 @@ pub fn run(
     let mass = DMatrix::from_vec(motion.len(), motion.len(), mass);
     let inverse = mass.clone().try_inverse().ok_or_else(|| failure("the mass matrix is singular"))?;
     for (j, drive) in drives.iter_mut().enumerate() {
-        drive.gains = gains(drive, mass[(j, j)], 1.0 / inverse[(j, j)]);
+        drive.gains = gains(drive, motion[j].rests, mass[(j, j)], 1.0 / inverse[(j, j)]);
     }
     simulate(rigid, drives, motion, duration, rate)
 }
@@ -130,16 +132,16 @@ fn simulate(
     Ok(recording)
 }
 
-/// Of a controller with a bandwidth of 60 rad/s, so that dry joints stick only briefly; slower where a limit would wind
-/// it up, or a spring or delay would make it unstable.
+/// Of a controller with a bandwidth of 60 rad/s, so that dry joints stick only briefly; of 20 where they are to rest; slower where a limit
+/// would wind it up, or a spring or delay would make it unstable.
 /// `inertia` is that with all other joints held, `apparent` with all others free.
-fn gains(drive: &Drive, inertia: f64, apparent: f64) -> [f64; 2] {
+fn gains(drive: &Drive, rests: bool, inertia: f64, apparent: f64) -> [f64; 2] {
     // Stiffer than a light joint asks for, as far as the integration's step allows.
     let light = inertia.max(0.02).min(8.0 * apparent);
     let (bandwidth, inertia) = match drive {
         _ if drive.delay > 0.0 => (15.0, inertia),
         _ if drive.limit.is_finite() || drive.elastic.is_some() => (30.0, light),
-        _ => (60.0, light),
+        _ => (if rests { 20.0 } else { 60.0 }, light),
     };
     [inertia * bandwidth * bandwidth, 1.4 * inertia * bandwidth]
 }

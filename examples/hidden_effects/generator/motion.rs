@@ -10,6 +10,27 @@ pub struct JointMotion {
     pub center: f64,
     /// Amplitude (rad), angular frequency (rad/s), phase (rad).
     waves: Vec<[f64; 3]>,
+    /// Whether it stops again and again.
+    pub rests: bool,
+}
+
+/// How long a motion with rests goes on until it has rested once, s; the part of that in which it moves.
+const REST_EVERY: f64 = 2.5;
+const MOVES: f64 = 0.7;
+/// Its mean pace beside a motion without rests.
+const PACE: f64 = 0.8;
+
+/// The time of a motion without rests at which one with rests is, and its two derivatives; s. It speeds up and slows down smoothly.
+fn warped(time: f64) -> [f64; 3] {
+    let turn = (time / REST_EVERY).floor();
+    let part = (time - turn * REST_EVERY) / (MOVES * REST_EVERY);
+    let length = PACE * REST_EVERY;
+    if part >= 1.0 {
+        return [(turn + 1.0) * length, 0.0, 0.0];
+    }
+    let (sin, cos) = (TAU * part).sin_cos();
+    let rate = PACE / MOVES;
+    [turn * length + length * (part - sin / TAU), rate * (1.0 - cos), rate * TAU / (MOVES * REST_EVERY) * sin]
 }
 
 impl JointMotion {
@@ -25,11 +46,23 @@ impl JointMotion {
             let amplitude = reach * share * random.range(0.8, 1.0);
             [amplitude, pace * TAU * random.range(from, to), random.range(0.0, TAU)]
         });
-        Self { center, waves: waves.collect() }
+        Self { center, waves: waves.collect(), rests: false }
+    }
+
+    /// The same, stopping again and again.
+    pub fn with_rests(self) -> Self {
+        Self { rests: true, ..self }
     }
 
     /// Position, velocity and acceleration; rad, s.
     pub fn at(&self, time: f64) -> [f64; 3] {
+        let [at, rate, growth] = if self.rests { warped(time) } else { [time, 1.0, 0.0] };
+        let [q, v, a] = self.moving(at);
+        [q, v * rate, a * rate * rate + v * growth]
+    }
+
+    /// The same without rests.
+    fn moving(&self, time: f64) -> [f64; 3] {
         let mut sum = [self.center, 0.0, 0.0];
         for &[amplitude, omega, phase] in &self.waves {
             let (sin, cos) = (omega * time + phase).sin_cos();

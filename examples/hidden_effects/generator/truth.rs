@@ -72,6 +72,8 @@ pub struct Plan {
     pub velocities: bool,
     /// Whether all encoders sit on the motors, none on a link.
     pub motor_side: bool,
+    /// Whether the joints stop again and again, under soft control: dry ones stick.
+    pub rests: bool,
 }
 
 impl Plan {

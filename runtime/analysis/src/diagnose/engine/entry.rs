@@ -29,6 +29,11 @@ pub(super) fn play<'r>(regression: &'r Regression<'_>, active: &[usize]) -> Vec<
 /// forms of the others leave.
 const TRACE: f64 = 1e-3;
 
+/// Part of the noise's squares by which a row must be above it for what clears it to be more than a trace,
+const HEARD: f64 = 0.3;
+/// and part of that which it must remove.
+const CLEARS: f64 = 0.8;
+
 /// Part of what is left above the noise that an effect must remove to be more than what corrections leave.
 const SETTLES: f64 = 0.7;
 
@@ -190,13 +195,19 @@ pub(super) fn largest_fall(
     candidate.rows.iter().map(fall).fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// Whether the fall of error is next to nothing beside the errors that there were without any effect.
+/// Whether the fall of error is next to nothing beside the errors that there were without any effect: unless it is most of what is left
+/// above the noise, for what forms leave does not go with another effect so closely.
 pub(super) fn is_trace(
     regression: &Regression<'_>,
     rows: &[usize],
     before: &ScoredFit,
     after: &ScoredFit,
 ) -> bool {
+    let above = |scored: &ScoredFit, row: usize| scored.errors[row] - regression.noise_squares[row];
+    let clears = |r: usize| {
+        let left = above(before, r);
+        left > HEARD * regression.noise_squares[r] && above(after, r) < (1.0 - CLEARS) * left
+    };
     let trace = |r: usize| TRACE * regression.reference[r];
-    rows.iter().all(|&r| before.errors[r] - after.errors[r] <= trace(r))
+    rows.iter().all(|&r| before.errors[r] - after.errors[r] <= trace(r) && !clears(r))
 }
