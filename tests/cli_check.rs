@@ -256,8 +256,17 @@ fn friction_of_the_urdf_is_offered_and_named() {
             .replace("# damping", "damping")
             .replace("# torque", "torque"),
     );
-    std::fs::write(&description, taken).unwrap();
+    std::fs::write(&description, &taken).unwrap();
     assert_eq!(bipedc(&["check", text(&folder)]).ok().err, "");
+    // Another value than the URDF's is the model's, with a word.
+    std::fs::write(&description, taken.replace("damping = 0.25", "damping = 0.5")).unwrap();
+    let said = bipedc(&["check", text(&folder)]).ok().err;
+    assert!(
+        said.contains("counts: `hinge` damping 0.5 instead of 0.25 N m s/rad")
+            && said.contains("robot.urdf:5:3"),
+        "{said}"
+    );
+    assert!(!said.contains("slide"), "{said}");
     let friction = bipedc(&["export", text(&folder), "--urdf", text(&folder.join("out.urdf"))]).ok().out;
     assert!(friction.contains("joints hinge, slide"), "{friction}");
 }

@@ -15,12 +15,12 @@ fn readme() -> String {
     fs::read_to_string(project().join("README.md")).unwrap()
 }
 
-/// Blocks of commands, line by line without what is said of them.
-fn commands() -> Vec<String> {
+/// Blocks of commands of a program, line by line without what is said of them.
+fn commands(program: &str) -> Vec<String> {
     let readme = readme();
     let blocks = readme.split("```sh\n").skip(1).map(|rest| rest.split("```").next().unwrap());
     let lines = blocks.flat_map(str::lines).map(|line| line.split(" #").next().unwrap().trim().to_owned());
-    lines.filter(|line| line.starts_with("bipedc ")).collect()
+    lines.filter(|line| line.split(' ').next() == Some(program)).collect()
 }
 
 /// An example log under other joint names.
@@ -122,7 +122,7 @@ fn interrupted(command: &mut Command) -> Run {
 fn every_command_runs_as_printed() {
     let (walker, leg, own) = (walker(), leg(), own());
     let mut counts = [0; 4];
-    for line in commands() {
+    for line in commands("bipedc") {
         println!("{line}");
         let place = ["my_robot", "my_leg", "robots/", "xl330"].iter().position(|name| line.contains(name));
         match place {
@@ -136,6 +136,30 @@ fn every_command_runs_as_printed() {
         counts[place.unwrap_or(3)] += 1;
     }
     assert!(counts[0] >= 16 && counts[1] >= 1 && counts[2] >= 2, "{counts:?}");
+}
+
+/// Cargo builds and passes on what stands behind `--`: run in this project as printed. Its tests are these; it installs what it builds.
+#[test]
+#[ignore = "takes long"]
+fn the_lines_of_cargo_do_what_they_promise() {
+    let mut jobs = 0;
+    for line in commands("cargo") {
+        match line.strip_prefix("cargo run --release -- ") {
+            Some(arguments) => {
+                let printed = runs(&format!("bipedc {arguments}"), &project());
+                assert!(printed.contains("Held-out error"), "{line}\n{printed}");
+                jobs += 1;
+            }
+            None => assert!(
+                ["cargo test --workspace", "cargo install --path ."].contains(&line.as_str()),
+                "nobody runs this: {line}"
+            ),
+        }
+    }
+    assert_eq!(jobs, 1);
+    let manifest = fs::read_to_string(project().join("Cargo.toml")).unwrap();
+    let checks = fs::read_to_string(project().join(".ci/run")).unwrap();
+    assert!(manifest.contains("\nname = \"bipedc\"\n") && checks.contains("\ncargo test --workspace\n"));
 }
 
 /// As `bipedc compare` has them in its table, in README's words: the error of the only joint, and its part of the torque.

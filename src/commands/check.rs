@@ -71,34 +71,99 @@ impl Check {
     }
 }
 
-/// Joints whose URDF states damping or friction that no effect of the description is.
-fn left_out(robot: &Robot) -> Option<Diagnostic> {
+/// What the URDF states of a joint's friction, and the effects of the description that are of that kind there.
+struct Stated<'r> {
+    joint: String,
+    kind: &'static Kind,
+    value: f64,
+    at: (usize, usize),
+    /// Of this kind, or with it as a part.
+    described: Vec<&'r Effect>,
+}
+
+impl Stated<'_> {
+    /// The parameter that a URDF states: the first of either kind.
+    fn parameter(&self) -> &'static str {
+        self.kind.parameters[0].name
+    }
+
+    /// Another value of the same parameter that the description has instead.
+    fn other(&self) -> Option<f64> {
+        let own = self.described.iter().find(|effect| effect.kind == self.kind)?;
+        let value = own.value(self.parameter());
+        ((value - self.value).abs() > 1e-9 * self.value).then_some(value)
+    }
+}
+
+/// Damping and friction that the URDF states.
+fn stated(robot: &Robot) -> Vec<Stated<'_>> {
     let effects = &robot.description.effects;
-    let has = |joint: &str, kind: &'static Kind| {
-        let same = |effect: &&Effect| effect.location.joint.as_deref() == Some(joint);
-        effects.iter().filter(same).any(|effect| effect.kind == kind || effect.kind.contains(kind))
+    let described = |joint: &str, kind: &'static Kind| {
+        let at = effects.iter().filter(|effect| effect.location.joint.as_deref() == Some(joint));
+        at.filter(|effect| effect.kind == kind || effect.kind.contains(kind)).collect()
     };
-    let mut found: Vec<(String, &Kind, f64, (usize, usize))> = Vec::new();
-    for (joint, stated, place) in robot.sources.stated_dynamics() {
+    let mut found = Vec::new();
+    for (joint, stated, at) in robot.sources.stated_dynamics() {
         let values =
             [(&kinds::VISCOUS_FRICTION, stated.damping), (&kinds::COULOMB_FRICTION, stated.friction)];
         for (kind, value) in values {
-            if let Some(value) = value.filter(|_| !has(&joint, kind)) {
-                found.push((joint.clone(), kind, value, place));
+            if let Some(value) = value {
+                found.push(Stated {
+                    described: described(&joint, kind),
+                    joint: joint.clone(),
+                    kind,
+                    value,
+                    at,
+                });
             }
         }
     }
-    let (joint, kind, value, (line, column)) = found.first()?;
-    // The first parameter of both kinds is the one that a URDF states.
-    let (kind, parameter) = (kind.name, kind.parameters[0].name);
-    let mut joints: Vec<&str> = found.iter().map(|(joint, ..)| joint.as_str()).collect();
+    found
+}
+
+/// Joints whose URDF states damping or friction that no effect of the description is.
+fn left_out(robot: &Robot) -> Option<Diagnostic> {
+    let mut found = stated(robot);
+    found.retain(|stated| stated.described.is_empty());
+    let first = found.first()?;
+    let (kind, parameter, joint, value) = (first.kind.name, first.parameter(), &first.joint, first.value);
+    let mut joints: Vec<&str> = found.iter().map(|stated| stated.joint.as_str()).collect();
     joints.dedup();
     let message =
         format!("the URDF states damping or friction that the description leaves out: {}", list(joints, 12));
     let help = format!(
         "if it was measured: bipedc amend ROBOT --effect {kind} --joint {joint} --set {parameter}={value}, and so on; else diagnose finds it"
     );
-    Some(Diagnostic::warning(message).in_file(&robot.sources.urdf_path).at(*line, *column).help(help))
+    Some(at(robot, first.at, message).help(help))
+}
+
+/// Joints whose URDF states another damping or friction than the description has: the description counts.
+fn differing(robot: &Robot) -> Option<Diagnostic> {
+    let found = stated(robot);
+    let told = found.iter().filter_map(|stated| {
+        let (parameter, unit) = (stated.parameter(), stated.described.first()?.unit(stated.parameter()));
+        let other = stated.other()?;
+        Some(format!("`{}` {parameter} {} instead of {} {unit}", stated.joint, other, stated.value))
+    });
+    let told: Vec<String> = told.collect();
+    let first = found.iter().find(|stated| stated.other().is_some())?;
+    let more = told
+        .len()
+        .checked_sub(12)
+        .filter(|more| *more > 0)
+        .map_or_else(String::new, |more| format!(" and {more} more"));
+    let message = format!(
+        "the description has another damping or friction than the URDF states, and counts: {}{more}",
+        told[..told.len().min(12)].join("; ")
+    );
+    let help =
+        "bipedc export ROBOT --urdf OUT.urdf writes what the description has, for tools that read URDF alone";
+    Some(at(robot, first.at, message).help(help))
+}
+
+/// A warning at a place in the URDF.
+fn at(robot: &Robot, (line, column): (usize, usize), message: String) -> Diagnostic {
+    Diagnostic::warning(message).in_file(&robot.sources.urdf_path).at(line, column)
 }
 
 /// The description knows neither function names nor what they need: the catalogue does.
@@ -106,7 +171,8 @@ fn compilable(mut robot: Robot) -> Result<Robot, Failure> {
     robot.requests(&robot.tree()?)?;
     let mut more = robot.without_inertia()?;
     robot.warnings.append(&mut more);
-    robot.warnings.extend(left_out(&robot));
+    let told: Vec<Diagnostic> = [left_out(&robot), differing(&robot)].into_iter().flatten().collect();
+    robot.warnings.extend(told);
     Ok(robot)
 }
 

@@ -4,6 +4,7 @@ use crate::terminal::failure::Outcome;
 use crate::terminal::output;
 use clap::{Args, CommandFactory};
 use clap_complete::{Shell, generate};
+use serde_json::json;
 use std::process::ExitCode;
 
 const EXAMPLES: &str = "\
@@ -12,8 +13,9 @@ Examples:
   bipedc completions zsh > ~/.zfunc/_bipedc          with ~/.zfunc in fpath
   bipedc completions fish > ~/.config/fish/completions/bipedc.fish
 
-A new shell then completes commands, options, kinds and files at the tabulator key. What is printed is a script: of all \
-commands this one alone has no --json.";
+A new shell then completes commands, options, kinds and files at the tabulator key.
+
+JSON: {\"shell\", \"script\"}.";
 
 /// Print a script with which a shell completes commands and options
 #[derive(Args)]
@@ -22,6 +24,9 @@ pub struct Completions {
     /// Whose script
     #[arg(value_enum)]
     shell: Shell,
+    /// Print the script as a string of JSON
+    #[arg(long)]
+    json: bool,
 }
 
 impl Completions {
@@ -29,7 +34,11 @@ impl Completions {
     pub fn run(self) -> Outcome {
         let mut script = Vec::new();
         generate(self.shell, &mut Cli::command(), "bipedc", &mut script);
-        output::print(&String::from_utf8_lossy(&script))?;
+        let script = String::from_utf8_lossy(&script);
+        match self.json {
+            true => output::print_json(&json!({ "shell": self.shell.to_string(), "script": script }))?,
+            false => output::print(&script)?,
+        }
         Ok(ExitCode::SUCCESS)
     }
 }
