@@ -19,10 +19,10 @@ pub(super) const PRECISION: Precision = Precision {
     most_steps: 10_000,
     order: Order::Eighth,
 };
-/// Of cells between which a map is interpolated to some 1e-3. Torques go from limit to limit on the way, where a method of low order loses
+/// Of cells between which a map is interpolated to some 1e-3: what this leaves is a thousandth of that. Torques go from limit to limit on the way, where a method of low order loses
 /// fewer evaluations to steps that are rejected. Its steps are short: looks are no farther apart than in the longest ones of the other method.
 pub(super) const ROUGH: Precision =
-    Precision { relative: 3e-11, absolute: 3e-11, shortest_look: 0.005, order: Order::Fifth, ..PRECISION };
+    Precision { relative: 3e-9, absolute: 3e-9, shortest_look: 0.005, order: Order::Fifth, ..PRECISION };
 
 /// The robot where it passes the dead centre of a step's first phase.
 #[derive(Debug, Clone, PartialEq)]

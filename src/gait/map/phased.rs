@@ -15,7 +15,7 @@ impl PhasedBench {
     /// The next mid-stance speed over two parameters, each computed cell as [`PhasedBench::step`] has it; `specs` are the phases of the
     /// robot's description, `file` as for gaits of one phase. Cells of large maps are interpolated ([`MapOptions::interpolated_from`]) where
     /// that is known to a thousandth of the map's speed; the extremes within the bounds are computed. Computed cells of such maps are integrated
-    /// within 3e-11 per step instead of 1e-11, by a method of lower order.
+    /// within 3e-9 per step instead of 1e-11, by a method of lower order.
     ///
     /// # Errors
     /// Parameters that the gait does not have, ranges and speeds that are none, margins that nothing is known of; a file that is there and is

@@ -3,6 +3,7 @@ use super::behind_motors::{exact_deviance, is_behind_motor};
 use super::conclusion::Conclusion;
 use super::parsimony::{ALIKE, SCATTER, rows_within};
 use super::regression::{ScoredFit, is_held_out};
+use super::search::Outcome;
 use crate::diagnose::FoundEffect;
 use crate::experiments::corners::landings_in_legs;
 use crate::experiments::form::Form;
@@ -23,10 +24,29 @@ impl Conclusion<'_> {
     /// Candidates that would do as well in the place of an effect that stands, alone or with another kind in the place
     /// of a second one.
     pub(super) fn alternatives(&self, found: &[FoundEffect], order: &[usize]) -> Vec<Vec<Vec<FoundEffect>>> {
-        let active = &self.outcome.active;
-        if active.len() != self.settled.refined.effects.len() {
+        if self.outcome.active.len() != self.settled.refined.effects.len() {
             return Vec::new();
         }
+        match self.as_stated() {
+            Some(plain) => Conclusion { outcome: &plain, ..*self }.alternatives_to(found, order),
+            None => self.alternatives_to(found, order),
+        }
+    }
+
+    /// What was found without inertial corrections, where these were looked at and none is stated: corrections of all bodies could make up
+    /// for what an alternative lacks, and nobody would be told of them.
+    fn as_stated(&self) -> Option<Outcome> {
+        let outcome = self.outcome;
+        if !outcome.corrected || self.regression.free || !self.settled.corrections.is_empty() {
+            return None;
+        }
+        let scored = self.regression.scored_fit(&outcome.active, false)?;
+        let (active, reasons) = (outcome.active.clone(), BTreeMap::new());
+        Some(Outcome { active, scored, corrected: false, reasons, rival: None })
+    }
+
+    fn alternatives_to(&self, found: &[FoundEffect], order: &[usize]) -> Vec<Vec<Vec<FoundEffect>>> {
+        let active = &self.outcome.active;
         let is_hidden = active.iter().any(|&c| is_behind_motor(self.regression, c));
         let mut groups = Vec::new();
         for (found, &k) in found.iter().zip(order) {

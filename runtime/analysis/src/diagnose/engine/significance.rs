@@ -37,8 +37,11 @@ pub(super) fn insignificant(
     if let Some(effect) = doubtful {
         return Some(Insignificant { effect, impossible: true });
     }
+    // What settles nothing but noise settles nothing.
     let fall = |k: usize| match fall_of(regression, refined, k) {
-        small if small < 0.5 * LEAST && is_settling(regression, outcome, k) => f64::INFINITY,
+        small if small.is_finite() && small < 0.5 * LEAST && is_settling(regression, outcome, k) => {
+            f64::INFINITY
+        }
         fall => fall,
     };
     let fall = |k: usize| if uncertain(refined, k) { f64::NEG_INFINITY } else { fall(k) };
