@@ -39,8 +39,9 @@ pub(super) fn noise_floor(
     let for_judging = |i: usize| moves(judge, i) && (!own_blocks || in_block(i, m, 1));
     match reach((&a, r, &for_training), (b, s, &for_judging)) {
         Some(reach) => {
-            // However long a residual remembers, a log is worth a few hundred samples.
-            let longest = (m as f64 / INDEPENDENT).max(1.0);
+            // However long a residual remembers, a log is worth a few hundred samples of those that count.
+            let count = (0..m).filter(|&i| moves(judge, i)).count();
+            let longest = (count as f64 / INDEPENDENT).max(1.0);
             (reach.after.min(reach.before).max(noise), reach.correlation.min(longest))
         }
         None => {
