@@ -80,10 +80,11 @@ pub(super) fn filtered<'m>(
 /// An answer, and the logs at the cut-off behind which it was found.
 type Found<'m> = (Filtered<'m>, Diagnosis);
 
-/// A search of the same at another cut-off, if its answer is the better one: a slower one, where with all that was found much less is
-/// left behind it, because encoders are coarse; a faster one, where joints stick and something is left above the noise; faster ones, where something is left that nothing explains, because what friction does
-/// within a few degrees of a reversal is over before a slow filter shows it. `quietest` is the cut-off (Hz) behind which least is left, and how much;
-/// without it, as where the cut-off is given, there is no second look.
+/// A search of the same at another cut-off, if its answer is the better one. At a slower one, where with all that was found much less is
+/// left behind it, because encoders are coarse, or where more than noise is left behind it, because encoders' noise hid what was taken for
+/// something else; at a faster one, where joints stick and something is left above the noise; at faster ones, where something is left that
+/// nothing explains, because what friction does within a few degrees of a reversal is over before a slow filter shows it. `quietest` is the
+/// cut-off (Hz) behind which least is left, and how much; without it, as where the cut-off is given, there is no second look.
 pub(super) fn second_look<'m>(
     measured: &'m Measured,
     request: &Request<'_>,
@@ -92,50 +93,103 @@ pub(super) fn second_look<'m>(
     work: Work<'_>,
 ) -> Option<Found<'m>> {
     let (cutoff, error) = quietest?;
-    let look = |cutoff: f64| -> Option<Found<'m>> {
-        // A cut-off beyond half the sampling rate is not one.
-        let other = filtered(measured, request, cutoff).ok()?;
-        let second = work(&*other.train.experiment, other.judging(), &request.search);
-        Some((other, second))
-    };
+    let looks = Looks { measured, request, first, answer, work };
     let here = first.train.cutoff_hz;
-    let is_quieter = cutoff < here && error < QUIETER * left(first, answer);
-    // What needs fewer numbers need not do as well behind a filter that lets the encoders' noise through: that looks like inertias.
-    let better = |(other, second): &Found<'_>| {
-        (!second.leaves_structure() || answer.leaves_structure())
-            && left(other, second) < left(other, answer)
-            && (left(first, second) <= ALIKE * left(first, answer) || numbers(second) < numbers(answer))
-    };
-    if let Some(found) = is_quieter.then(|| look(cutoff)).flatten().filter(better) {
-        return Some(found);
+    if cutoff < here {
+        let found = looks.where_much_less_is_left(cutoff, error);
+        if let Some(found) = found.or_else(|| looks.where_encoders_hid_it(cutoff)) {
+            return Some(found);
+        }
     }
-    let is_stuck = cutoff > here && answer.unexplained && !answer.leaves_structure() && sticks(first, answer);
-    let is_sharper = |(other, second): &Found<'_>| {
-        (!second.unexplained || says_the_same(second, answer)) && left(other, second) < left(other, answer)
-    };
-    if let Some(found) = is_stuck.then(|| look(cutoff)).flatten().filter(is_sharper) {
-        return Some(found);
+    let found = (cutoff > here).then(|| looks.where_joints_stick(cutoff)).flatten();
+    found.or_else(|| looks.near_reversals(here))
+}
+
+/// An answer, the logs that it came from, and how others are found.
+struct Looks<'l, 'm> {
+    measured: &'m Measured,
+    request: &'l Request<'l>,
+    first: &'l Filtered<'m>,
+    answer: &'l Diagnosis,
+    work: Work<'l>,
+}
+
+impl<'m> Looks<'_, 'm> {
+    /// The same search at another cut-off (Hz); none beyond half the sampling rate, which is not one.
+    fn at(&self, cutoff: f64) -> Option<Found<'m>> {
+        let other = filtered(self.measured, self.request, cutoff).ok()?;
+        let second = (self.work)(&*other.train.experiment, other.judging(), &self.request.search);
+        Some((other, second))
     }
-    let structured: Vec<String> = answer.structured().map(|part| part.joint.clone()).collect();
-    let suspects = if structured.is_empty() { &answer.suspects } else { &structured };
-    let explains = |(other, second): &Found<'_>| {
-        let fewer = |logs: &Filtered<'_>| left_in(logs, second, suspects) < left_in(logs, answer, suspects);
-        !second.leaves_structure() && fewer(first) && fewer(other) && is_noise(first, second, suspects)
-    };
-    let closely = |cutoff: f64| -> Option<Found<'m>> {
-        let other = filtered(measured, request, cutoff).ok()?;
-        let barred = elsewhere(&*other.train.experiment, suspects, answer);
-        let search = diagnose::Options { barred, ..request.search.clone() };
-        let mut second = work(&*other.train.experiment, other.judging(), &search);
+
+    /// At a slower cut-off that leaves much less, `error`. What needs fewer numbers need not do as well behind a filter that lets the
+    /// encoders' noise through: that looks like inertias.
+    fn where_much_less_is_left(&self, cutoff: f64, error: f64) -> Option<Found<'m>> {
+        let (first, answer) = (self.first, self.answer);
+        if error >= QUIETER * left(first, answer) {
+            return None;
+        }
+        self.at(cutoff).filter(|(other, second)| {
+            (!second.leaves_structure() || answer.leaves_structure())
+                && left(other, second) < left(other, answer)
+                && (left(first, second) <= ALIKE * left(first, answer) || numbers(second) < numbers(answer))
+        })
+    }
+
+    /// At a slower cut-off, where what explains all behind this one leaves more than noise, and another answer does not.
+    fn where_encoders_hid_it(&self, cutoff: f64) -> Option<Found<'m>> {
+        let answer = self.answer;
+        let other = (!answer.unexplained).then(|| filtered(self.measured, self.request, cutoff).ok())??;
+        let rows: Vec<String> = other.train.experiment.rows().iter().map(|row| row.name.clone()).collect();
+        if is_noise(&other, answer, &rows) {
+            return None;
+        }
+        self.at(cutoff)
+            .filter(|(other, second)| !second.unexplained && left(other, second) < left(other, answer))
+    }
+
+    /// At a faster cut-off, where something is left above the noise of joints that stick for a good part of the log.
+    fn where_joints_stick(&self, cutoff: f64) -> Option<Found<'m>> {
+        let answer = self.answer;
+        if !answer.unexplained || answer.leaves_structure() || !sticks(self.first, answer) {
+            return None;
+        }
+        self.at(cutoff).filter(|(other, second)| {
+            (!second.unexplained || says_the_same(second, answer))
+                && left(other, second) < left(other, answer)
+        })
+    }
+
+    /// At faster cut-offs, where something is left that nothing explains.
+    fn near_reversals(&self, here: f64) -> Option<Found<'m>> {
+        let (first, answer) = (self.first, self.answer);
+        if !answer.leaves_structure() {
+            return None;
+        }
+        let structured: Vec<String> = answer.structured().map(|part| part.joint.clone()).collect();
+        let suspects = if structured.is_empty() { &answer.suspects } else { &structured };
+        let explains = |(other, second): &Found<'_>| {
+            let fewer =
+                |logs: &Filtered<'_>| left_in(logs, second, suspects) < left_in(logs, answer, suspects);
+            !second.leaves_structure() && fewer(first) && fewer(other) && is_noise(first, second, suspects)
+        };
+        let faster = measure::CANDIDATES.into_iter().filter(|cutoff| *cutoff > here);
+        faster.take(SECOND_LOOKS).find_map(|cutoff| self.closely(cutoff, suspects).filter(explains))
+    }
+
+    /// At a cut-off (Hz), for what acts on some rows alone.
+    fn closely(&self, cutoff: f64, suspects: &[String]) -> Option<Found<'m>> {
+        let other = filtered(self.measured, self.request, cutoff).ok()?;
+        let barred = elsewhere(&*other.train.experiment, suspects, self.answer);
+        let search = diagnose::Options { barred, ..self.request.search.clone() };
+        let mut second = (self.work)(&*other.train.experiment, other.judging(), &search);
         // What else is seen there was not seen behind the slower filter.
         if !second.unexplained_parts.is_empty() {
             second.unexplained_parts.retain(|part| suspects.contains(&part.joint));
             second.unexplained = !second.unexplained_parts.is_empty();
         }
         Some((other, second))
-    };
-    let faster = measure::CANDIDATES.into_iter().filter(|cutoff| answer.leaves_structure() && *cutoff > here);
-    faster.take(SECOND_LOOKS).find_map(|cutoff| closely(cutoff).filter(explains))
+    }
 }
 
 /// What a second look behind a faster filter is not for: other joints than the suspects, but for what was found there. What motions put
