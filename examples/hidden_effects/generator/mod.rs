@@ -53,7 +53,7 @@ const FASTEST: f64 = 40.0;
 const FARTHEST: f64 = 100.0;
 
 /// Most further draws of a case.
-const DRAWS: usize = 3;
+const DRAWS: usize = 12;
 /// What is hidden at impacts has to add this share to the error that is left under the true model: soles that never spin tell nothing of
 /// their friction.
 const SEEN: f64 = 0.01;
