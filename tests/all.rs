@@ -72,6 +72,7 @@ mod simulated;
 mod slow_motion;
 #[path = "time_stepping/main.rs"]
 mod time_stepping;
+mod told_apart;
 #[path = "walking/main.rs"]
 mod walking;
 

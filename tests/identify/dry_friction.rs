@@ -3,7 +3,7 @@ use super::cli::{bipedc, scratch, text};
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::io::Read as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 fn folder() -> &'static Path {
     Path::new("tests/data/identify")
@@ -120,19 +120,13 @@ fn moves() -> String {
     text
 }
 
-/// Simulated with friction that sticks: while a joint rests, its effort tells nothing.
-#[test]
-fn friction_of_joints_that_rest_between_moves() {
-    let robot = scratch("identify_resting");
+/// The arm and a log of its moves from rest to rest, with these effects.
+fn resting(name: &str, effects: &[(&str, &str, &str)]) -> (PathBuf, PathBuf) {
+    let robot = scratch(name);
     for file in ["robot.urdf", "biped.toml"] {
         std::fs::copy(folder().join("arm").join(file), robot.join(file)).unwrap();
     }
     std::fs::write(robot.join("moves.csv"), moves()).unwrap();
-    let effects = [
-        ("coulomb_friction", "shoulder", "torque = 1.5"),
-        ("coulomb_friction", "elbow", "torque = 0.6"),
-        ("viscous_friction", "elbow", "damping = 0.3"),
-    ];
     let mut scenario = "duration = 20.0\nstep = 0.001\nlog_step = 0.002\nseed = 3\n\
         [control]\nstiffness = 300.0\ndamping = 8.0\nservo = \"drive\"\ntrajectory = \"moves.csv\"\n\
         [sensors]\nposition_noise = 1e-4\neffort_noise = 0.05\n"
@@ -143,6 +137,40 @@ fn friction_of_joints_that_rest_between_moves() {
     let (file, log) = (robot.join("rests.toml"), robot.join("rests.csv"));
     std::fs::write(&file, scenario).unwrap();
     bipedc(&["simulate", text(&robot), "--scenario", text(&file), "--out", text(&log)]).ok();
+    (robot, log)
+}
+
+/// Viscous friction of a thirtieth of the dry one: it was called a trace of that, dry friction 1.56 N m (1.55 to 1.58) instead of 1.5.
+#[test]
+fn small_friction_beside_large() {
+    let effects = [
+        ("coulomb_friction", "shoulder", "torque = 1.5"),
+        ("viscous_friction", "shoulder", "damping = 0.05"),
+        ("coulomb_friction", "elbow", "torque = 0.6"),
+    ];
+    let (robot, log) = resting("diagnose_resting", &effects);
+    let answer = bipedc(&["diagnose", text(&robot), text(&log), "--json"]).ok().json();
+    let found = answer["effects"].as_array().unwrap();
+    assert_eq!(found.len(), 3, "{}", answer["summary"]);
+    for (kind, joint, parameter) in effects {
+        let (name, truth) = parameter.split_once(" = ").unwrap();
+        let effect = found.iter().find(|e| e["kind"] == kind && e["joint"] == joint);
+        let effect = effect.unwrap_or_else(|| panic!("{kind} at {joint}: {}", answer["summary"]));
+        let [low, high] = [0, 1].map(|end| effect["ci95"][name][end].as_f64().unwrap());
+        let truth: f64 = truth.parse().unwrap();
+        assert!(low < truth && truth < high, "{kind} at {joint}: {low} to {high}");
+    }
+}
+
+/// Simulated with friction that sticks: while a joint rests, its effort tells nothing.
+#[test]
+fn friction_of_joints_that_rest_between_moves() {
+    let effects = [
+        ("coulomb_friction", "shoulder", "torque = 1.5"),
+        ("coulomb_friction", "elbow", "torque = 0.6"),
+        ("viscous_friction", "elbow", "damping = 0.3"),
+    ];
+    let (robot, log) = resting("identify_resting", &effects);
     let answer = bipedc(&["identify", text(&robot), text(&log), "--json"]).ok().json();
     let truth = [("shoulder", 1.5, 0.0), ("elbow", 0.6, 0.3)];
     for ((joint, dry, viscous), channel) in truth.iter().zip(answer["channels"].as_array().unwrap()) {

@@ -4,6 +4,7 @@ use super::conclusion::Conclusion;
 use super::parsimony::{ALIKE, SCATTER, rows_within};
 use super::regression::{ScoredFit, is_held_out};
 use super::search::Outcome;
+use super::significance::{JudgedError, judged_errors};
 use crate::diagnose::FoundEffect;
 use crate::experiments::corners::landings_in_legs;
 use crate::experiments::form::Form;
@@ -19,6 +20,13 @@ const WORSE: f64 = 0.1;
 const MUCH_WORSE: f64 = 0.25;
 /// Most pairs.
 const PAIRS: usize = 3;
+
+/// A set with a candidate in the place of its `k`-th.
+fn replaced(set: &[usize], k: usize, c: usize) -> Vec<usize> {
+    let mut set = set.to_vec();
+    set[k] = c;
+    set
+}
 
 impl Conclusion<'_> {
     /// Candidates that would do as well in the place of an effect that stands, alone or with another kind in the place
@@ -52,9 +60,10 @@ impl Conclusion<'_> {
         for (found, &k) in found.iter().zip(order) {
             let (alike, near) = self.alike(active, k);
             let mut group = vec![vec![found.clone()]];
-            group.extend(
-                alike.iter().take(SINGLES).map(|&c| vec![self.alternative(active, k, c, found.share)]),
-            );
+            let stands_in = |c: &&usize| is_hidden || !self.is_told_apart(&replaced(active, k, **c));
+            let singles = alike.iter().filter(stands_in).take(SINGLES);
+            group.extend(singles.map(|&c| vec![self.alternative(active, k, c, found.share)]));
+            group.extend(self.as_sum(k, found.share));
             let other_kind = near.iter().find(|&&c| self.form(c).kind != found.effect.kind);
             match other_kind {
                 // The search draws a straight line from one stiffness: others that do as well beside that need not beside the law itself.
@@ -122,10 +131,9 @@ impl Conclusion<'_> {
             alike.sort_by(|a, b| a.0.total_cmp(&b.0));
             let mut kinds: Vec<&Kind> = Vec::new();
             for (more, d) in alike {
-                if !kinds.contains(&self.form(d).kind) && kinds.len() < 3 {
+                let set = replaced(&replaced(&outcome.active, k, c), j, d);
+                if !kinds.contains(&self.form(d).kind) && kinds.len() < 3 && !self.is_told_apart(&set) {
                     kinds.push(self.form(d).kind);
-                    let mut set = outcome.active.clone();
-                    (set[k], set[j]) = (c, d);
                     let first = self.alternative(&set, k, c, share);
                     out.push((more, vec![first, self.alternative(&set, j, d, share)]));
                 }
@@ -133,6 +141,45 @@ impl Conclusion<'_> {
         }
         out.sort_by(|a, b| a.0.total_cmp(&b.0));
         out.into_iter().take(PAIRS).map(|(_, pair)| pair).collect()
+    }
+
+    /// Whether one sees that a set explains less: by its laws as they are, where the search smoothed their jumps.
+    fn is_told_apart(&self, set: &[usize]) -> bool {
+        let (regression, corrected) = (self.regression, self.outcome.corrected);
+        let Some(scored) = regression.scored_fit(set, corrected).filter(|_| !regression.is_table) else {
+            return false;
+        };
+        let effect = |(j, &c): (usize, &usize)| self.form(c).effect(regression.coefficients(set, &scored, j));
+        let others: Vec<Effect> = set.iter().enumerate().map(effect).collect();
+        let change = |corrections: &[f64]| match corrected && !corrections.is_empty() {
+            true => regression.spread.change(corrections),
+            false => Vec::new(),
+        };
+        let refined = &self.settled.refined;
+        let there = judged_errors(regression, &others, &change(&scored.fit.corrections), None);
+        let here = judged_errors(regression, &refined.effects, &change(&refined.corrections), None);
+        let is_worse =
+            |(there, here): (JudgedError, JudgedError)| there.is_worse_than(&here, 1.0 + MUCH_WORSE);
+        there.into_iter().zip(here).any(is_worse)
+    }
+
+    /// Two effects that are the `k`-th by algebra while its joint moves: friction that differs by direction is friction and a bias.
+    fn as_sum(&self, k: usize, share: f64) -> Option<Vec<FoundEffect>> {
+        let (regression, active) = (self.regression, &self.outcome.active);
+        let mine = self.form(active[k]);
+        let here = |c: &usize| self.form(*c).location == mine.location && !active.contains(c);
+        let places: Vec<usize> = (0..regression.candidates.len()).filter(here).collect();
+        let is_sum = |&(a, b): &(usize, usize)| mine.kind.is_sum_of(self.form(a).kind, self.form(b).kind);
+        let pairs = places.iter().flat_map(|&a| places.iter().map(move |&b| (a, b)));
+        let (a, b) = pairs.filter(|(a, b)| a < b).find(is_sum)?;
+        let mut bare = active.clone();
+        bare.remove(k);
+        let set = [replaced(active, k, a), vec![b]].concat();
+        let scored = regression.scored_fit(&set, self.outcome.corrected)?;
+        let as_well = self.excess(&scored, &set) <= (ALIKE * self.limit(&bare)?).max(4.0);
+        let last = set.len() - 1;
+        (as_well && regression.impossible(&set, &scored).is_none())
+            .then(|| vec![self.alternative(&set, k, a, share), self.alternative(&set, last, b, share)])
     }
 
     /// Deviance of a set beyond that of the effects that stand.

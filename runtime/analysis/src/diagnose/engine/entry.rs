@@ -30,9 +30,9 @@ pub(super) fn play<'r>(regression: &'r Regression<'_>, active: &[usize]) -> Vec<
 const TRACE: f64 = 1e-3;
 
 /// Part of the noise's squares by which a row must be above it for what clears it to be more than a trace,
-const HEARD: f64 = 0.3;
+const HEARD: f64 = 0.15;
 /// and part of that which it must remove.
-const CLEARS: f64 = 0.8;
+const CLEARS: f64 = 0.6;
 
 /// Part of what is left above the noise that an effect must remove to be more than what corrections leave.
 const SETTLES: f64 = 0.7;

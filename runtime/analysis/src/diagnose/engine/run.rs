@@ -171,7 +171,8 @@ fn reweighed(
     (most, entered): (usize, &dyn Fn(usize)),
 ) {
     for _ in 0..WEIGHINGS {
-        if !regression.reweigh(&outcome.scored) {
+        let effects = estimates(regression, outcome);
+        if !regression.reweigh(&effects, &outcome.scored) {
             break;
         }
         let Some(again) = search(regression, most, entered) else { break };

@@ -81,8 +81,9 @@ fn fall_of(regression: &Regression<'_>, refined: &Refined, k: usize) -> f64 {
             [&refined.effects, &fewer].map(|e| judged_errors(regression, e, &change, jumps));
         let relative = without.iter().zip(&with).enumerate().filter_map(|(row, (was, is))| {
             let part = (was.squares - is.squares) / was.squares.max(f64::MIN_POSITIVE);
-            // What only lowers noise lowers nothing.
-            (!was.is_noise).then(|| part * LEAST / least(regression, row, refined.effects[k].kind, &play))
+            // What only lowers noise lowers nothing, unless it lowers so much that no chance would.
+            let counts = !was.is_noise || part * was.independent > 2.0 * NO_CHANCE;
+            counts.then(|| part * LEAST / least(regression, row, refined.effects[k].kind, &play))
         });
         relative.fold(f64::NEG_INFINITY, f64::max)
     };
@@ -93,15 +94,27 @@ fn fall_of(regression: &Regression<'_>, refined: &Refined, k: usize) -> f64 {
 }
 
 /// What is left of a row where nothing sticks.
-struct JudgedError {
+pub(super) struct JudgedError {
     /// Sum of squares; of magnitudes where play is crossed, because the angle is anywhere then and squares would be its alone.
     squares: f64,
     /// Not more than the measurement's noise.
     is_noise: bool,
+    /// How many independent samples tell it.
+    independent: f64,
 }
 
+impl JudgedError {
+    /// Whether the squares are more than noise and more than so many times another fit's.
+    pub fn is_worse_than(&self, other: &Self, times: f64) -> bool {
+        !self.is_noise && self.squares > times * other.squares
+    }
+}
+
+/// No chance lowers what other data leave by so much deviance.
+const NO_CHANCE: f64 = 30.0;
+
 /// What effects and a change of inertial parameters leave of each judging row, away from jumps.
-fn judged_errors(
+pub(super) fn judged_errors(
     regression: &Regression<'_>,
     effects: &[Effect],
     change: &[f64],
@@ -118,7 +131,9 @@ fn judged_errors(
         let told = without_sticking(regression.judge, row, amended.residual(row), away);
         let add = |(sum, n): (f64, usize), x: f64| (sum + if crosses { x.abs() } else { x * x }, n + 1);
         let (squares, count) = told.fold((0.0, 0), add);
-        JudgedError { squares, is_noise: !crosses && squares <= regression.noise_squares_of(row, count) }
+        let independent = count as f64 / regression.noise_floors[row].1;
+        let is_noise = !crosses && squares <= regression.noise_squares_of(row, count);
+        JudgedError { squares, is_noise, independent }
     };
     rows.map(of_row).collect()
 }

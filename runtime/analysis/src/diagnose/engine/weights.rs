@@ -11,11 +11,11 @@ use std::sync::OnceLock;
 
 /// Squared errors below so many times the noise's variance are noise, whatever lowers them: estimates of noise are no better. Of n
 /// samples, [`NOISE_SCATTER`] / √n more, two standard deviations of the mean of two logs' estimates.
-const NOISE_SQUARES: f64 = 1.05;
-const NOISE_SCATTER: f64 = 4.0;
+const NOISE_SQUARES: f64 = 1.0;
+const NOISE_SCATTER: f64 = 3.0;
 
-/// A noise floor that effects lower further than to this part of it was none.
-const LOWER: f64 = 0.4;
+/// A noise floor, times the samples in a row that tell the same, that effects lower further than to this part of it was none.
+const LOWER: f64 = 0.85;
 /// Noise that is so many times larger than it was taken is worth another search.
 const LOUDER: f64 = 1.1;
 
@@ -57,15 +57,25 @@ impl Regression<'_> {
         self.products = self.candidates.iter().map(|_| OnceLock::new()).collect();
     }
 
-    /// Lowers the noise floor where effects do better than the smooth function did, which cannot follow every jump. Tells
-    /// whether that changed anything worth another search.
-    pub fn reweigh(&mut self, scored: &ScoredFit) -> bool {
+    /// Lowers the noise floor where these effects, as a search scored them, leave less than a smooth function of the signals could reach, which
+    /// follows no jump: what such a function reaches beside them, and for how long that is alike. Tells whether that changed anything worth
+    /// another search.
+    pub fn reweigh(&mut self, effects: &[Effect], scored: &ScoredFit) -> bool {
+        let beside = |experiment| {
+            let mut left = Amended::new(experiment, effects);
+            if !scored.fit.corrections.is_empty() {
+                left.correct(&self.spread.change(&scored.fit.corrections));
+            }
+            left
+        };
+        let (train, judge) = (beside(self.train), beside(self.judge));
+        let floors = parallel(self.noise_floors.len(), |row| {
+            noise_floor(&train, &judge, self.own_blocks, (row, self.resolutions[row]))
+        });
         let mut changed = false;
-        for (row, (variance, _)) in self.noise_floors.iter_mut().enumerate() {
-            let reached = scored.errors[row] / self.judge_sums.rows[row].count.max(1) as f64;
-            let noise = self.resolutions[row].powi(2);
-            if reached < LOWER * *variance && noise < LOWER * *variance {
-                *variance = reached.max(noise);
+        for (known, found) in self.noise_floors.iter_mut().zip(floors) {
+            if found.0 * found.1 < LOWER * known.0 * known.1 {
+                *known = found;
                 changed = true;
             }
         }
