@@ -41,8 +41,11 @@ pub(super) fn simplify(regression: &Regression<'_>, outcome: &mut Outcome) {
 fn with_fewer_parameters(regression: &Regression<'_>, outcome: &mut Outcome) {
     for k in regression.standing.len()..outcome.active.len() {
         let here = outcome.scored.clone();
-        replace(regression, outcome, k, &|(_, _, other), more, removed| {
-            more <= 4.0 || (more <= AS_GOOD * removed && rows_alike(regression, &here, other))
+        let mine = outcome.active[k];
+        replace(regression, outcome, k, &|(c, _, other), more, removed| {
+            // What bodies do is known as it is: of them no part of what they remove is a form's inaccuracy.
+            let exact = regression.is_of_link(mine) && regression.is_of_link(*c);
+            more <= 4.0 || (!exact && more <= AS_GOOD * removed && rows_alike(regression, &here, other))
         });
     }
 }

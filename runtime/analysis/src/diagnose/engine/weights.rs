@@ -11,11 +11,11 @@ use std::sync::OnceLock;
 
 /// Squared errors below so many times the noise's variance are noise, whatever lowers them: estimates of noise are no better. Of n
 /// samples, [`NOISE_SCATTER`] / √n more, two standard deviations of the mean of two logs' estimates.
-const NOISE_SQUARES: f64 = 1.0;
-const NOISE_SCATTER: f64 = 3.0;
+const NOISE_SQUARES: f64 = 1.05;
+const NOISE_SCATTER: f64 = 4.0;
 
 /// A noise floor, times the samples in a row that tell the same, that effects lower further than to this part of it was none.
-const LOWER: f64 = 0.85;
+const LOWER: f64 = 0.6;
 /// Noise that is so many times larger than it was taken is worth another search.
 const LOUDER: f64 = 1.1;
 
