@@ -37,6 +37,7 @@ pub fn phases_code(
         type_name,
         phase: Default::default(),
         closed: false,
+        walk: None,
     })
 }
 
