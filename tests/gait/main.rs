@@ -15,6 +15,7 @@ mod names;
 mod optimised;
 mod oracle;
 mod page;
+mod phase_surface;
 mod phased_chain;
 mod phased_choices;
 mod phased_contacts;
