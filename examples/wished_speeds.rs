@@ -39,29 +39,49 @@ const CHOICE: &str = "[control.parameters]\nknee = 0.3\nlift = 0.6\n\
 
 fn main() {
     let picture = std::env::args().nth(1).map(PathBuf::from);
-    if let Err(errors) = story(picture.as_deref()) {
-        eprintln!("{errors}");
-        std::process::exit(1);
+    match story(Path::new("target/wished_speeds"), picture.as_deref()) {
+        Ok(rows) => print!("{}", table(&rows)),
+        Err(errors) => {
+            eprintln!("{errors}");
+            std::process::exit(1);
+        }
     }
 }
 
-fn story(picture: Option<&Path>) -> Result<(), Diagnostics> {
-    println!(
-        "| hidden | speeds missed by, rad/s | found in the log of that walk | amended, speeds missed by, rad/s |\n|---|---|---|---|"
-    );
+/// A line of the table.
+pub struct Row {
+    /// What the model is not told.
+    pub hidden: &'static str,
+    /// The root mean square of what wished speeds are missed by, rad/s: before, and with the amended model.
+    pub missed: [f64; 2],
+    /// What the log of the first walk says.
+    pub found: String,
+}
+
+/// All changes; walks and logs go into a folder.
+pub fn story(folder: &Path, picture: Option<&Path>) -> Result<Vec<Row>, Diagnostics> {
+    let mut rows = Vec::new();
     for (k, (words, hidden)) in CHANGES.into_iter().enumerate() {
-        let folder = PathBuf::from("target/wished_speeds").join(k.to_string());
+        let folder = folder.join(k.to_string());
         copied(&folder);
         let before = walked(&folder, "before", "", hidden)?;
         let found = explained(&folder)?;
         let after = walked(&folder, "after", "model = \"robot\"\n", hidden)?;
-        println!("| {words} | {} | {found} | {} |", missed(&before), missed(&after));
+        rows.push(Row { hidden: words, missed: [missed(&before), missed(&after)], found });
         if let (0, Some(picture)) = (k, picture) {
             fs::write(picture, curves_svg(&drawn(words, &before, &after)))
                 .expect("the picture can be written");
         }
     }
-    Ok(())
+    Ok(rows)
+}
+
+fn table(rows: &[Row]) -> String {
+    let head = "| hidden | speeds missed by, rad/s | found in the log of that walk | amended, speeds missed by, rad/s |\n|---|---|---|---|\n";
+    let line = |Row { hidden, missed: [before, after], found }: &Row| {
+        format!("| {hidden} | {before:.1e} | {found} | {after:.1e} |\n")
+    };
+    head.to_owned() + &rows.iter().map(line).collect::<String>()
 }
 
 /// A copy of the robot that may be amended.
@@ -112,10 +132,9 @@ fn named(found: &FoundEffect) -> String {
 }
 
 /// The root mean square of what wished speeds are missed by.
-fn missed(walk: &WalkedSpeeds) -> String {
+fn missed(walk: &WalkedSpeeds) -> f64 {
     let off = walk.steps.iter().filter_map(|step| Some((step.wished? - step.reached?).powi(2)));
-    let rms = (off.sum::<f64>() / walk.wished.max(1) as f64).sqrt();
-    format!("{rms:.1e}")
+    (off.sum::<f64>() / walk.wished.max(1) as f64).sqrt()
 }
 
 fn drawn(words: &str, before: &WalkedSpeeds, after: &WalkedSpeeds) -> CurveFigure {

@@ -2,6 +2,7 @@
 //! command.
 mod choices;
 mod command;
+mod curves;
 mod cycles;
 mod files;
 mod grounded;
@@ -31,6 +32,7 @@ mod simulated;
 mod sparing_maps;
 mod status;
 mod walked;
+mod wished;
 
 use bipedc::Robot;
 use bipedc::gait::{GaitBench, PhasedBench};
