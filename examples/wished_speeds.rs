@@ -1,6 +1,6 @@
 //! A robot that is other than its model misses the speeds it is asked for; its walking log tells what the model lacks; amended, it meets them again.
 //!
-//! `cargo run --release --example wished_speeds [PICTURE.svg]` prints a Markdown table. For each hidden change of the five-link robot:
+//! `cargo run --release --example wished_speeds [PICTURE.svg]` prints a Markdown table. For each hidden change, of the robot with feet in four phases or of the five-link robot:
 //! 1. it walks with wished speeds; at each mid-stance the parameters of the next step are chosen by a model that does not know the change;
 //! 2. `diagnose` is given the log of that walk, and what it finds is written into a copy of the description by `amend`;
 //! 3. the same changed robot walks for the same speeds, with the gait's controller and the choice of the amended model.
@@ -13,21 +13,41 @@ use bipedc_analysis::report::{CurveFigure, CurveKind, PlottedCurve, curves_svg};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// What the model is not told, and how.
-const CHANGES: [(&str, &str); 3] = [
-    (
-        "viscous friction of 1 N m s/rad in both knees",
-        "[[effect]]\nkind = \"viscous_friction\"\njoint = \"left_knee_pitch\"\ndamping = 1.0\n\
-         [[effect]]\nkind = \"viscous_friction\"\njoint = \"right_knee_pitch\"\ndamping = 1.0\n",
-    ),
-    (
-        "2 kg more on the torso, 0.3 m above the hips",
-        "[[effect]]\nkind = \"payload\"\nlink = \"torso\"\nmass = 2.0\nx = 0.0\ny = 0.0\nz = 0.3\n",
-    ),
-    ("nothing", ""),
+/// What the model is not told.
+struct Change {
+    words: &'static str,
+    /// A folder in robots/.
+    robot: &'static str,
+    /// The walk with its wished speeds, up to [control], and what else stands there.
+    walk: [&'static str; 2],
+    hidden: &'static str,
+}
+
+const CHANGES: [Change; 4] = [
+    Change {
+        words: "viscous friction of 0.05 N m s/rad in both ankles",
+        robot: "seven_link_v1",
+        walk: [FEET, ""],
+        hidden: "[[effect]]\nkind = \"viscous_friction\"\njoint = \"left_ankle_pitch\"\ndamping = 0.05\n\
+            [[effect]]\nkind = \"viscous_friction\"\njoint = \"right_ankle_pitch\"\ndamping = 0.05\n",
+    },
+    Change {
+        words: "viscous friction of 1 N m s/rad in both knees",
+        robot: "five_link",
+        walk: [POINTS, CHOICE],
+        hidden: "[[effect]]\nkind = \"viscous_friction\"\njoint = \"left_knee_pitch\"\ndamping = 1.0\n\
+            [[effect]]\nkind = \"viscous_friction\"\njoint = \"right_knee_pitch\"\ndamping = 1.0\n",
+    },
+    Change {
+        words: "2 kg more on the torso, 0.3 m above the hips",
+        robot: "five_link",
+        walk: [POINTS, CHOICE],
+        hidden: "[[effect]]\nkind = \"payload\"\nlink = \"torso\"\nmass = 2.0\nx = 0.0\ny = 0.0\nz = 0.3\n",
+    },
+    Change { words: "nothing", robot: "five_link", walk: [POINTS, CHOICE], hidden: "" },
 ];
 
-const SCENARIO: &str = "method = \"event_driven\"\nduration = 60.0\nlog_step = 0.002\n\
+const POINTS: &str = "method = \"event_driven\"\nduration = 60.0\nlog_step = 0.002\n\
     [assumptions]\nfriction = 0.8\n\
     [initial]\nmid_stance_speed = 0.7109\n\
     [control]\ngait = \"lifting\"\n\
@@ -37,50 +57,76 @@ const CHOICE: &str = "[control.parameters]\nknee = 0.3\nlift = 0.6\n\
     [control.choice]\nkeep = [\"friction\", \"pull\", \"torque\", \"clearance\"]\n\
     [control.choice.parameters]\nstep_length = [0.25, 0.55]\ntorso_lean = true\n";
 
+const FEET: &str = "method = \"event_driven\"\nduration = 60.0\nlog_step = 0.002\n\
+    [assumptions]\nfriction = 0.8\n\
+    [initial]\nmid_stance_speed = 0.42\n\
+    [control]\ngait = \"adjustable\"\n\
+    speeds = { random = 5, between = [0.38, 0.48], change = 0.03, steps = 12 }\n";
+
 fn main() {
     let picture = std::env::args().nth(1).map(PathBuf::from);
-    if let Err(errors) = story(picture.as_deref()) {
-        eprintln!("{errors}");
-        std::process::exit(1);
+    match story(Path::new("target/wished_speeds"), picture.as_deref()) {
+        Ok(rows) => print!("{}", table(&rows)),
+        Err(errors) => {
+            eprintln!("{errors}");
+            std::process::exit(1);
+        }
     }
 }
 
-fn story(picture: Option<&Path>) -> Result<(), Diagnostics> {
-    println!(
-        "| hidden | speeds missed by, rad/s | found in the log of that walk | amended, speeds missed by, rad/s |\n|---|---|---|---|"
-    );
-    for (k, (words, hidden)) in CHANGES.into_iter().enumerate() {
-        let folder = PathBuf::from("target/wished_speeds").join(k.to_string());
-        copied(&folder);
-        let before = walked(&folder, "before", "", hidden)?;
+/// A line of the table.
+pub struct Row {
+    /// What the model is not told.
+    pub hidden: &'static str,
+    /// Root mean square of what wished speeds are missed by, over the mean of these speeds: before, and with the amended model.
+    pub missed: [f64; 2],
+    /// What the log of the first walk says.
+    pub found: String,
+}
+
+/// All changes; walks and logs go into a folder.
+pub fn story(folder: &Path, picture: Option<&Path>) -> Result<Vec<Row>, Diagnostics> {
+    let mut rows = Vec::new();
+    for (k, change) in CHANGES.into_iter().enumerate() {
+        let (folder, words) = (folder.join(k.to_string()), change.words);
+        copied(&folder, change.robot);
+        let before = walked(&folder, ("before", ""), &change)?;
         let found = explained(&folder)?;
-        let after = walked(&folder, "after", "model = \"robot\"\n", hidden)?;
-        println!("| {words} | {} | {found} | {} |", missed(&before), missed(&after));
+        let after = walked(&folder, ("after", "model = \"robot\"\n"), &change)?;
+        rows.push(Row { hidden: words, missed: [missed(&before), missed(&after)], found });
         if let (0, Some(picture)) = (k, picture) {
-            fs::write(picture, curves_svg(&drawn(words, &before, &after)))
+            fs::write(picture, curves_svg(&drawn(&change, &before, &after)))
                 .expect("the picture can be written");
         }
     }
-    Ok(())
+    Ok(rows)
+}
+
+fn table(rows: &[Row]) -> String {
+    let head = "| hidden | speeds missed by, of their mean | found in the log of that walk | amended, speeds missed by |\n|---|---|---|---|\n";
+    let line = |Row { hidden, missed: [before, after], found }: &Row| {
+        format!("| {hidden} | {before:.1e} | {found} | {after:.1e} |\n")
+    };
+    head.to_owned() + &rows.iter().map(line).collect::<String>()
 }
 
 /// A copy of the robot that may be amended.
-fn copied(folder: &Path) {
+fn copied(folder: &Path, of: &str) {
     let robot = folder.join("robot");
     // What an earlier run amended.
     let _ = fs::remove_dir_all(&robot);
     fs::create_dir_all(&robot).expect("target/ can be written");
     for name in ["robot.urdf", "biped.toml"] {
-        fs::copy(Path::new("robots/five_link").join(name), robot.join(name))
-            .expect("the robot can be copied");
+        fs::copy(Path::new("robots").join(of).join(name), robot.join(name)).expect("the robot can be copied");
     }
 }
 
 /// A walk of the changed robot for wished speeds.
-fn walked(folder: &Path, name: &str, model: &str, hidden: &str) -> Result<WalkedSpeeds, Diagnostics> {
+fn walked(folder: &Path, (name, model): (&str, &str), change: &Change) -> Result<WalkedSpeeds, Diagnostics> {
+    let Change { robot, walk: [scenario, choice], hidden, .. } = change;
     let file = folder.join(format!("{name}.toml"));
-    fs::write(&file, format!("{SCENARIO}{model}{CHOICE}{hidden}")).expect("target/ can be written");
-    let robot = Workbench::open("robots/five_link")?;
+    fs::write(&file, format!("{scenario}{model}{choice}{hidden}")).expect("target/ can be written");
+    let robot = Workbench::open(Path::new("robots").join(robot))?;
     let log = folder.join(format!("{name}.csv"));
     let run = robot.simulate(&robot.scene(&file)?, log, &Options::default())?;
     match run.speeds() {
@@ -112,13 +158,13 @@ fn named(found: &FoundEffect) -> String {
 }
 
 /// The root mean square of what wished speeds are missed by.
-fn missed(walk: &WalkedSpeeds) -> String {
+fn missed(walk: &WalkedSpeeds) -> f64 {
     let off = walk.steps.iter().filter_map(|step| Some((step.wished? - step.reached?).powi(2)));
-    let rms = (off.sum::<f64>() / walk.wished.max(1) as f64).sqrt();
-    format!("{rms:.1e}")
+    let wished: f64 = walk.steps.iter().filter_map(|step| step.wished).sum();
+    (off.sum::<f64>() * walk.wished.max(1) as f64).sqrt() / wished
 }
 
-fn drawn(words: &str, before: &WalkedSpeeds, after: &WalkedSpeeds) -> CurveFigure {
+fn drawn(change: &Change, before: &WalkedSpeeds, after: &WalkedSpeeds) -> CurveFigure {
     let curve = |kind, words: &str, walk: &WalkedSpeeds, wished: bool| {
         let point = |step: &bipedc::gait::choice::StepSpeed| {
             Some([
@@ -129,10 +175,10 @@ fn drawn(words: &str, before: &WalkedSpeeds, after: &WalkedSpeeds) -> CurveFigur
         PlottedCurve { kind, words: words.to_owned(), points: walk.steps.iter().filter_map(point).collect() }
     };
     CurveFigure {
-        title: format!("wished speeds with {words}"),
-        robot: "five_link".to_owned(),
+        title: format!("wished speeds with {}", change.words),
+        robot: change.robot.to_owned(),
         x: "step".to_owned(),
-        y: "speed at mid-stance (rad/s)".to_owned(),
+        y: format!("speed at mid-stance ({})", before.unit),
         counted: [true, false],
         curves: vec![
             curve(CurveKind::Wish, "wished", before, true),

@@ -127,6 +127,41 @@ fn init_says_where_feet_are_a_guess() {
     assert!(run.err.contains("biped.toml:"), "{}", run.err);
 }
 
+/// Heel and toe of a robot that faces −x were exchanged, and nothing was said of it: no gait was found. With the remedy it is the robot that it
+/// was before.
+#[test]
+fn init_says_that_a_robot_faces_backward() {
+    let folder = scratch("init_backward");
+    let urdf = std::fs::read_to_string("robots/seven_link_v1/robot.urdf").unwrap();
+    let turned = |urdf: &str, root: &str, new: &str| {
+        let fixed = format!(
+            "<link name=\"{new}\"/><joint name=\"{new}_joint\" type=\"fixed\"><parent link=\"{new}\"/><child link=\"{root}\"/>\
+             <origin rpy=\"0 0 3.141592653589793\"/></joint></robot>"
+        );
+        urdf.replace("</robot>", &fixed)
+    };
+    let described = |name: &str, urdf: &str| {
+        let file = folder.join(format!("{name}.urdf"));
+        std::fs::write(&file, urdf).unwrap();
+        let said = bipedc(&["init", text(&file), "--force"]).ok().err;
+        (said, std::fs::read_to_string(folder.join("biped.toml")).unwrap())
+    };
+    let feet =
+        |toml: &str| toml.lines().filter(|line| line.contains("points.")).collect::<Vec<_>>().join("\n");
+    let (said, forward) = described("forward", &urdf);
+    assert_eq!(said, "");
+    assert!(forward.contains("150 mm before the joint"), "{forward}");
+    let backward = turned(&urdf, "torso", "to_the_rear");
+    let (said, wrong) = described("backward", &backward);
+    for words in ["seems to face −x", "rpy=\"0 0 3.141592653589793\"", "biped.toml:"] {
+        assert!(said.contains(words), "{said}");
+    }
+    assert_ne!(feet(&wrong), feet(&forward));
+    let (said, mended) = described("mended", &turned(&backward, "to_the_rear", "to_the_front"));
+    assert_eq!((said.as_str(), feet(&mended)), ("", feet(&forward)));
+    bipedc(&["check", text(&folder)]).ok();
+}
+
 /// The reader takes one byte and leaves: `bipedc … | head -c1`.
 #[test]
 fn a_broken_pipe_is_no_error() {

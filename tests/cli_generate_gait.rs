@@ -104,6 +104,28 @@ fn the_example_walks() {
     }
 }
 
+/// Every shipped gait of several phases has an example, which walks ten steps as fast as the gait does: 0.1 % at most from what zero dynamics say.
+#[test]
+#[ignore = "builds a crate"]
+fn the_example_walks_through_all_phases() {
+    let gaits = [
+        ("five_link", "grounded"),
+        ("seven_link_v1", "collocated"),
+        ("seven_link_v1", "adjustable"),
+        ("seven_link_v1", "from_nothing"),
+        ("seven_link_v1", "firm"),
+    ];
+    for (robot, gait) in gaits {
+        let elsewhere = Elsewhere::new(&format!("walks_{robot}_{gait}"));
+        elsewhere.generate_of(&format!("robots/{robot}"), &["--out", "crate", "--gait", gait]).ok();
+        let out = example_prints(&elsewhere, "walk", &[]);
+        assert_eq!(out.lines().count(), 12, "{out}");
+        let worst: f64 = out.trim_end().rsplit_once(' ').unwrap().1.parse().unwrap();
+        println!("{robot} {gait}: {worst:.1e}");
+        assert!(worst < 1e-3, "{robot} {gait}: {out}");
+    }
+}
+
 /// Eight steps of the published controller from the state of its scenario: φ̇ before the last impact, the duration of the last step.
 const PUBLISHED: &str = r#"
 fn main() {

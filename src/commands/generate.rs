@@ -6,12 +6,13 @@ use crate::terminal::output;
 use crate::terminal::progress::spin;
 use bipedc::Workbench;
 use bipedc::crate_paths::{folder_name, refuse_foreign, runtime_dependency, source_name};
+use bipedc::gait::PhasedBench;
 use bipedc::table::table;
 use bipedc::walking::{Legs, controller_crate, robots_own};
 use bipedc_compiler::compile::{CompiledModel, Function};
 use bipedc_compiler::emit::{GaitCode, Package, Runtime};
 use bipedc_compiler::robot::RobotGait;
-use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use clap::Args;
 use serde::Serialize;
 use std::io;
@@ -114,7 +115,7 @@ impl Generate {
         }
         let compiled = spin("deriving", || robot.compile())?;
         let gait = self.gait.as_deref().map(|name| spin("deriving", || robot.gait(name))).transpose()?;
-        let code = gait.as_ref().map(emitted).transpose()?;
+        let code = gait.as_ref().map(|gait| emitted(&bench, gait)).transpose()?;
         let source = source_name(&self.robot.path);
         let package = spin("writing Rust", || robot.package_of(&compiled, code.as_ref(), &source, runtime));
         if self.check {
@@ -262,9 +263,21 @@ impl Costs {
 }
 
 /// A gait as Rust; what is odd about it is said.
-fn emitted(found: &RobotGait) -> Result<GaitCode, Diagnostic> {
+fn emitted(bench: &Workbench, found: &RobotGait) -> Result<GaitCode, Diagnostics> {
     output::diagnostics(&found.warnings);
-    found.code(None)
+    let code = found.code(None)?;
+    let Some(phased) = PhasedBench::derived_before(found) else { return Ok(code) };
+    let specs = bench.phases()?;
+    match spin("walking", || phased.walk_of_example(&specs)) {
+        Ok(walk) => Ok(code.walking(walk)),
+        Err(refused) => {
+            let message = format!("the crate has no example that walks: {refused}");
+            output::diagnostics(&[Diagnostic::warning(message)
+                .in_file(&found.file)
+                .help("`bipedc gait cycle` looks for walking that repeats itself; the controller is written all the same")]);
+            Ok(code)
+        }
+    }
 }
 
 fn functions(compiled: &CompiledModel) -> String {

@@ -2,7 +2,7 @@
 use crate::terminal::failure::Outcome;
 use crate::terminal::next::Typed;
 use crate::terminal::output;
-use bipedc_compiler::description::{DESCRIPTION_FILE, NO_SHAPE, init};
+use bipedc_compiler::description::{BACKWARD, DESCRIPTION_FILE, NO_SHAPE, init};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::files::{Ledger, write};
 use clap::Args;
@@ -53,7 +53,9 @@ impl Init {
         ledger.reads("the URDF", &self.urdf);
         ledger.writes_source("the description", &path)?;
         write(&path, &text)?;
-        output::diagnostics(&guessed_feet(&text, &path).into_iter().collect::<Vec<_>>());
+        output::diagnostics(
+            &guessed_feet(&text, &path).into_iter().chain(turned_feet(&text, &path)).collect::<Vec<_>>(),
+        );
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
         let folder = folder.map_or_else(|| ".".to_owned(), |folder| folder.display().to_string());
         let next = Typed::command("check").path(Path::new(&folder)).because("check its guesses, then");
@@ -68,5 +70,15 @@ fn guessed_feet(text: &str, path: &Path) -> Option<Diagnostic> {
     let message = "no collision shape shows where a foot touches the ground: its points are a guess";
     let help =
         "put the heel and toe (the corners of the sole) of each foot there, m, in the frame of its link";
+    Some(Diagnostic::warning(message).in_file(path).at(line + 1, 1).help(help))
+}
+
+/// A warning of feet that are longer behind their joints than before them: heel and toe would be exchanged, and no gait found.
+fn turned_feet(text: &str, path: &Path) -> Option<Diagnostic> {
+    let line = text.lines().position(|line| line.contains(BACKWARD))?;
+    let message =
+        "the feet are longer towards −x: this robot seems to face −x, and its toes were taken for heels";
+    let help = "robots walk towards +x. If it does face −x, give the URDF a root link of its own, fixed to the present one by a joint \
+        with rpy=\"0 0 3.141592653589793\", and run `bipedc init` again";
     Some(Diagnostic::warning(message).in_file(path).at(line + 1, 1).help(help))
 }

@@ -6,12 +6,14 @@ mod identified;
 mod library;
 mod optimised;
 mod optimised_text;
+mod reach;
 mod wished;
 
 pub use closed_loop::{ClosedLoop, PhaseCourse, PhaseCourses};
 pub use explaining::{Event, Explained};
 pub use library::{gait_file, search_file};
 pub use optimised::{OptimiseOptions, OptimisedGait, OptimisedGaits};
+pub use reach::Reach;
 pub use wished::Wished;
 
 use crate::amendment::diagnosis::{Selection, propose};

@@ -1,5 +1,6 @@
 //! Gaits found by optimisation, written, and tried under their own controllers.
 use super::closed_loop::{ClosedLoop, Lack, Tried};
+use super::reach::Reach;
 use super::wished::Wished;
 use super::{Workbench, library};
 use crate::gait::optimise::{
@@ -63,6 +64,8 @@ pub struct OptimisedGait {
     pub margins: MotionMargins,
     /// What does not hold, the worst first.
     pub violations: Vec<Violated>,
+    /// The nearest speed that gaits are found at, where none is at the one that was asked for; none: it is not known.
+    pub reach: Option<Reach>,
     /// What the landing of a toe can push with, where the search looked for it; none: it did not.
     pub landing: Option<Landing>,
     /// Searches: after the first one each asked for a little more where the walk under the controller lacked something.
@@ -190,7 +193,7 @@ impl Workbench {
     }
 
     /// Searches and tries, and asks for more where the controller's walk lacks something; none: stopped.
-    fn found_at(
+    pub(super) fn found_from(
         &self,
         asked: &Asked<'_>,
         trial: &Trial,
@@ -272,7 +275,7 @@ impl Workbench {
         Ok((gait, seed))
     }
 
-    fn search(
+    pub(super) fn search(
         &self,
         asked: &Asked<'_>,
         demands: &Demands,
@@ -332,7 +335,7 @@ pub(super) struct Asked<'a> {
     source: &'a str,
     form: &'a GaitForm,
     pub of: &'a Collocation,
-    seed: Option<&'a (AnyGait, Collocation)>,
+    pub seed: Option<&'a (AnyGait, Collocation)>,
     pub options: &'a OptimiseOptions,
     description: &'a RobotDescription,
 }
@@ -362,7 +365,7 @@ impl Asked<'_> {
 
 /// Where a search begins that has no neighbour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum FirstGuess {
+pub(super) enum FirstGuess {
     /// Feet on straight lines, or the gait to begin from.
     Straight,
     /// With a posture in which the landing of the toe pushes on all feet.
@@ -400,6 +403,7 @@ pub(super) fn described(of: &Collocation, optimum: &Optimum, (speed, impulse): (
         cost_of_transport: optimum.cost_of_transport(of),
         margins: optimum.margins(of),
         violations: optimum.violations.iter().map(violated).collect(),
+        reach: None,
         landing: optimum.landing.map(|landing| Landing {
             phase: of.phases[landing.phase].name.clone(),
             push: landing.push,

@@ -84,6 +84,10 @@ impl fmt::Display for OptimisedGait {
             true => writeln!(f, "found by an earlier run and taken over")?,
             false => writeln!(f, "{:.2} s", self.seconds)?,
         }
+        if let Some(reach) = self.reach.as_ref().filter(|_| !self.feasible) {
+            write!(f, "{reach}")?;
+            return self.landing.iter().try_for_each(|landing| write!(f, "{landing}"));
+        }
         if !self.feasible {
             let row = |violated: &Violated| {
                 let node = violated.node.map_or_else(|| "end".to_owned(), |node| node.to_string());

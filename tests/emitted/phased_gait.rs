@@ -6,9 +6,12 @@ use bipedc::gait::PhasedBench;
 use bipedc::progress::Silent;
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::{PhasePrograms, ProgramModel};
-use bipedc_runtime::control::{Controller, JointCommand, Observation, PhasedController, PhasedGait};
+use bipedc_runtime::control::{
+    Controller, JointCommand, Observation, PhasedController, PhasedGait, held_contacts, phase_surface,
+    surface_memory,
+};
 use bipedc_runtime::{Model, Scalar};
-use seven_link_walker::gait_collocated::CollocatedGait as Seven;
+use seven_link_walker::gait_collocated::{ARGUMENTS, CollocatedGait as Seven};
 use std::path::Path;
 
 fn bench() -> PhasedBench {
@@ -96,5 +99,14 @@ fn commands_do_not_allocate() {
         controller.command(&observed, &mut commands).unwrap();
     }
     assert!(controller.begin_phase(&Observation::new(0.0, 7, &q, &v)).is_err());
+    // The surface of the first phase, at another φ than q's.
+    let (mut held, mut memory) = ([0.0; 9], [0.0; surface_memory(9)]);
+    controller.begin_phase(&Observation::new(0.0, 0, &q, &v)).unwrap();
+    let mut arguments = [0.0; ARGUMENTS];
+    arguments.copy_from_slice(controller.arguments());
+    let count = held_contacts(&Seven, 0, (&q, &arguments), &mut held).unwrap();
+    arguments[0] += 0.01;
+    let point = phase_surface(&Seven, 0, (&arguments, &held[..count]), &q, &mut memory).unwrap();
+    assert!((point.q[0] - q[0] - 0.01).abs() < 1e-9 && (point.slope[0] - 1.0).abs() < 1e-9, "{point:?}");
     assert_eq!(allocations(), before);
 }

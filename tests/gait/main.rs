@@ -2,6 +2,7 @@
 //! command.
 mod choices;
 mod command;
+mod curves;
 mod cycles;
 mod files;
 mod grounded;
@@ -15,6 +16,7 @@ mod names;
 mod optimised;
 mod oracle;
 mod page;
+mod phase_surface;
 mod phased_chain;
 mod phased_choices;
 mod phased_contacts;
@@ -30,6 +32,7 @@ mod simulated;
 mod sparing_maps;
 mod status;
 mod walked;
+mod wished;
 
 use bipedc::Robot;
 use bipedc::gait::{GaitBench, PhasedBench};

@@ -129,9 +129,21 @@ fn the_command_finds_a_gait() {
 fn the_command_says_what_contradicts_itself() {
     let out = scratch("optimised-contradiction").join("new.toml");
     let told = asked(&out, "9", &[]).json();
-    let violation = &told["gaits"][0]["violations"][0];
-    assert!(violation["constraint"].is_string() && violation["phase"].is_string(), "{told}");
+    let gait = &told["gaits"][0];
+    let violation = &gait["violations"][0];
+    assert!(violation["constraint"] == "walking speed" && violation["phase"].is_string(), "{told}");
     assert!(!out.exists(), "nothing is written of what was not found");
+    // The nearest speed that there is a gait at, and what stands in the way of more.
+    let [nearest, beyond] = ["speed", "beyond"].map(|key| gait["reach"][key].as_f64().unwrap());
+    println!("{nearest} m/s, not {beyond}, {} iterations", gait["iterations"]);
+    assert!(nearest > 1.5 && nearest < beyond && beyond < 1.1 * nearest, "{told}");
+    assert!((violation["by"].as_f64().unwrap() - (nearest - 9.0)).abs() < 1e-9, "{told}");
+    let limits: Vec<&str> =
+        gait["reach"]["limits"].as_array().unwrap().iter().map(|x| x.as_str().unwrap()).collect();
+    assert!(limits.iter().any(|limit| limit.starts_with("torque of")), "{limits:?}");
+    assert!(gait["iterations"].as_u64().unwrap() < 1600, "{told}");
+    let there = asked(&out, &nearest.to_string(), &[]).json();
+    assert!(there["gaits"][0]["feasible"] == true, "{there}");
 }
 
 /// The same gait for the least work costs less of it than for the least torques, and more squared torque; walked, as well as at the nodes.

@@ -35,6 +35,18 @@ fn a_foot_that_is_let_go_is_not_asked_for_friction_at_no_load() {
     assert!(slips.code == Some(3) && slips.err.contains("the foot slips"), "{}", slips.err);
 }
 
+/// So much friction that no phase holds: what stands lets go as soon as it stands. That is a verdict on the walk, not an error of the scenario.
+#[test]
+fn phases_that_do_not_hold_are_a_verdict() {
+    let hidden = ankle_friction(1.0).replace("right_ankle", "left_ankle");
+    let scenario = scenario(4, "", &format!("speeds = [0.4, 0.4, 0.4]\n{hidden}"));
+    let found = walk("contacts-chatter", &scenario.replace("\"adjustable\"", "\"firm\""));
+    assert_eq!(found.code, Some(3), "{}", found.err);
+    let verdict = &found.json()["verdict"];
+    assert!(verdict["meaning"].as_str().unwrap().contains("no phase holds"), "{verdict}");
+    assert!(verdict["time"].as_f64().unwrap() > 0.1 && verdict["phase"].is_string(), "{verdict}");
+}
+
 /// Footholds that nobody told the controller of: the knee in front, which is nearly stretched, is controlled where both feet stand, so that a foot
 /// may come down lower than it is meant to.
 #[test]

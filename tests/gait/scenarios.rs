@@ -178,6 +178,34 @@ fn time_stepping_walks_with_feet_too() {
     assert!((stepped / wanted - 1.0).abs() < 0.02, "{stepped} {wanted}");
 }
 
+/// The same of the gaits whose parameters are chosen for each step.
+#[test]
+#[ignore = "takes long"]
+fn time_stepping_walks_by_gaits_with_parameters() {
+    let cases = [
+        ("five_link", "lifting", "0.711", "[control.parameters]\nknee = 0.3\nlift = 0.6\n"),
+        ("seven_link_v1", "adjustable", "0.42", ""),
+    ];
+    for (robot, gait, speed, parameters) in cases {
+        let scenario = |method: &str, world: &str| {
+            format!(
+                "{method}duration = 12.0\nlog_step = 0.005\n[{world}]\nfriction = 0.8\n[initial]\nmid_stance_speed = {speed}\n[control]\n\
+                 gait = \"{gait}\"\n{parameters}"
+            )
+        };
+        let walked = |name: &str, text: &str| {
+            let (run, log) = simulate(&format!("{name}_{gait}"), robot, text);
+            (run.ok().json(), place(&log))
+        };
+        let (found, stepped) = walked("gait_stepped", &scenario("step = 0.0001\n", "ground"));
+        assert_eq!((&found["fall"], found.get("refused")), (&Value::Null, None), "{found}");
+        assert!((found["time"].as_f64().unwrap() - 12.0).abs() < 1e-9, "{found}");
+        let (_, wanted) = walked("gait_from_events", &scenario("method = \"event_driven\"\n", "assumptions"));
+        println!("{gait}: {stepped:.4} m in 12 s, from event to event {wanted:.4} m");
+        assert!((stepped / wanted - 1.0).abs() < 0.02, "{gait}: {stepped} {wanted}");
+    }
+}
+
 /// How far the base is at the end of a log, from where it began, m.
 fn place(log: &Path) -> f64 {
     let text = std::fs::read_to_string(log).unwrap();

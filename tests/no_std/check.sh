@@ -18,6 +18,7 @@ robot floating ../../robots/three_link --base floating
 robot effects ../data/effects/five_link
 robot walker ../../robots/three_link --gait thesis
 robot bent ../../robots/three_link --gait ../data/gaits/bent.toml
+robot phases ../../robots/five_link --gait grounded
 
 target="${CARGO_TARGET_DIR:-$PWD/target}/no_std"
 

@@ -5,6 +5,7 @@ mod controllers_in_process;
 mod in_process;
 mod phased;
 mod phased_in_process;
+mod phased_surface;
 mod regularity;
 
 pub use collocation::{

@@ -5,7 +5,7 @@ use super::frames::world_poses;
 use super::kinematics::{Motions, forward};
 use super::model::RobotModel;
 use super::newton_euler::body_wrenches;
-use crate::expression::{Sym, Vector3};
+use crate::expression::{Input, Sym, Vector3, replaced};
 use crate::tree::JointMotion;
 use bipedc_runtime::Argument;
 
@@ -213,6 +213,23 @@ pub fn potential_energy<'g>(model: &RobotModel<'g, '_>) -> Sym<'g> {
 /// Force and moment about the world's origin that the ground has to provide for the motion.
 pub fn ground_wrench<'g>(model: &RobotModel<'g, '_>) -> Wrench<'g> {
     momentum_rate(model, true)
+}
+
+/// The same along a constraint surface, q = T(φ), in parts: times φ̈, times φ̇², and at rest (6.38–6.41); T′ is [`Argument::V`], T″ [`Argument::A`].
+///
+/// N and N m per squared unit of φ and s², N and N m.
+pub fn wrench_along_surface<'g>(model: &RobotModel<'g, '_>) -> [Wrench<'g>; 3] {
+    let part = |motions: Motions| sum_in_world(model, body_wrenches(model, &forward(model, motions)));
+    let accelerated = part(Motions { velocity: false, acceleration: true, gravity: false });
+    let to_velocity = |input: Input| {
+        (input.argument == Argument::A).then(|| model.input(Argument::V, input.index as usize))
+    };
+    let along = |of: Vector3<'g>| {
+        let of = replaced(&[of[0], of[1], of[2]], to_velocity);
+        Vector3([of[0], of[1], of[2]])
+    };
+    let accelerated = Wrench { linear: along(accelerated.linear), angular: along(accelerated.angular) };
+    [accelerated, part(Motions { gravity: false, ..Motions::ALL }), part(Motions::AT_REST)]
 }
 
 /// Zero moment point on the plane z = 0 (4.42): x and y, m. Gravity along −z.

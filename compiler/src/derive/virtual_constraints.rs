@@ -94,7 +94,7 @@ pub fn virtual_constraints<'g>(
 ) -> Result<VirtualConstraints<'g>, Diagnostic> {
     let arguments = GaitArguments::new(gait);
     let phase = model.input(Argument::Parameters, 0);
-    let points = points(model);
+    let points = contact_places(model);
     let reader = reader(model, &points, (&gait.parameters, &gait.quantities), arguments);
     let GaitPhase { variable, variable_at, outputs, guard, .. } = &gait.phase;
     let variable = reader.variable(variable, *variable_at)?;
@@ -134,7 +134,7 @@ pub fn phase_constraints<'g>(
 ) -> Result<PhaseConstraints<'g>, Diagnostic> {
     let arguments = GaitArguments::phased(gait);
     let phase = model.input(Argument::Parameters, 0);
-    let points = points(model);
+    let points = contact_places(model);
     let reader = reader(model, &points, (&gait.parameters, &gait.quantities), arguments);
     let of = &gait.phases[index];
     let variable = reader.variable(&of.variable, of.variable_at)?;
@@ -158,7 +158,7 @@ pub fn controlled_of<'g>(
 ) -> Result<Vec<Sym<'g>>, Diagnostic> {
     let reader = reader(
         model,
-        &points(model),
+        &contact_places(model),
         (&[], quantities),
         GaitArguments { parameters: 0, outputs: outputs.len() },
     );
@@ -175,7 +175,7 @@ fn matching<'g>([phase, start, end]: [Sym<'g>; 3], value: Sym<'g>, slope: Sym<'g
 }
 
 /// x and z of all contact points, m.
-fn points<'g>(model: &RobotModel<'g, '_>) -> Vec<[Sym<'g>; 2]> {
+pub fn contact_places<'g>(model: &RobotModel<'g, '_>) -> Vec<[Sym<'g>; 2]> {
     let poses = world_poses(model);
     let place = |point| {
         let position = frame_pose(model, &poses, point).position;

@@ -12,7 +12,7 @@ pub(crate) mod source;
 pub(crate) mod urdf;
 
 pub use check::{CheckReport, LinkReport, check_report};
-pub use init::{NO_SHAPE, init, init_text};
+pub use init::{BACKWARD, NO_SHAPE, init, init_text};
 pub use mesh_files::mesh_file;
 pub use source::suggest;
 pub use urdf::{JointDynamics, rewritten, with_inertials};

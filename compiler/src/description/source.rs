@@ -1,6 +1,7 @@
 //! Texts with their line numbers, and the collection of everything found wrong in them.
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, Severity};
 use bipedc_effects::spelling;
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 /// A text and where its lines begin, so that a byte offset becomes line and column in logarithmic time.
@@ -41,12 +42,14 @@ pub(crate) type Place = Option<usize>;
 pub(crate) struct Messages<'a> {
     pub(crate) source: SourceText<'a>,
     list: Vec<Diagnostic>,
+    /// Where messages stand in the list, by line and column: there are as many as a file has lines, and more.
+    at: HashMap<Option<(usize, usize)>, Vec<usize>>,
     errors: usize,
 }
 
 impl<'a> Messages<'a> {
     pub(crate) fn new(text: &'a str, name: &Path) -> Self {
-        Self { source: SourceText::new(text, name), list: Vec::new(), errors: 0 }
+        Self { source: SourceText::new(text, name), list: Vec::new(), at: HashMap::new(), errors: 0 }
     }
 
     pub(crate) fn error(&mut self, place: Place, message: impl Into<String>, help: impl Into<String>) {
@@ -65,7 +68,9 @@ impl<'a> Messages<'a> {
             diagnostic = diagnostic.at(line, column);
         }
         // What is read twice is said once.
-        if !self.list.contains(&diagnostic) {
+        let here = self.at.entry(diagnostic.position).or_default();
+        if here.iter().all(|&k| self.list[k] != diagnostic) {
+            here.push(self.list.len());
             self.list.push(diagnostic);
         }
     }

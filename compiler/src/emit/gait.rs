@@ -1,7 +1,9 @@
 //! A gait beside its robot: a module with its functions and with what a controller has to know of them, and an example that walks.
 mod phased;
+mod walk;
 
 pub use phased::phases_code;
+pub use walk::{PhasedWalk, WalkedPhase};
 
 use super::layout;
 use super::model::{Options, items};
@@ -13,7 +15,7 @@ use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::control::{GaitLayout, StepEnd};
 
 /// A gait as text.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct GaitCode {
     /// As its file calls it.
     pub name: String,
@@ -30,6 +32,8 @@ pub struct GaitCode {
     phase: [String; 2],
     /// The constraint surface has a closed form, which the example walks along.
     closed: bool,
+    /// What the example of a gait of several phases walks by.
+    walk: Option<PhasedWalk>,
 }
 
 /// Emits a gait, its programs split as those of the robot.
@@ -65,6 +69,7 @@ pub fn gait_code(
         type_name,
         phase: ["constrained_dynamics", "impact_map"].map(function),
         closed: matches!(layout.step_end, StepEnd::Closed(_)),
+        walk: None,
     })
 }
 
@@ -98,8 +103,11 @@ impl GaitCode {
         &self.documentation[0]
     }
 
-    /// A program that walks by it, in the crate of this name, if T has a closed form.
+    /// A program that walks by it, in the crate of this name, if T has a closed form or what several phases need is known.
     pub(super) fn example(&self, crate_name: &str) -> Option<String> {
+        if let Some(walk) = &self.walk {
+            return Some(self.phased_example(crate_name, walk));
+        }
         if !self.closed {
             return None;
         }

@@ -16,7 +16,7 @@ mod twins;
 
 pub use files::{Difference, is_generated};
 pub(crate) use function::ident;
-pub use gait::{GaitCode, gait_code, phases_code};
+pub use gait::{GaitCode, PhasedWalk, WalkedPhase, gait_code, phases_code};
 pub(crate) use layout::documentation;
 pub use model::{Model, Options, items, model};
 pub(crate) use package::robot_type;

@@ -1,7 +1,7 @@
 //! The text of this crate's core: generated crates that are written far from here carry it with them.
 
 /// Paths below the crate's folder, with their text, but for what [`manifest`] and [`root`] make.
-const FILES: [(&str, &str); 61] = [
+const FILES: [(&str, &str); 62] = [
     ("LICENSE", include_str!("../LICENSE")),
     ("src/control/elimination.rs", include_str!("control/elimination.rs")),
     ("src/control/feedback.rs", include_str!("control/feedback.rs")),
@@ -10,6 +10,7 @@ const FILES: [(&str, &str); 61] = [
     ("src/control/ground_limits.rs", include_str!("control/ground_limits.rs")),
     ("src/control/least_change.rs", include_str!("control/least_change.rs")),
     ("src/control/mod.rs", include_str!("control/mod.rs")),
+    ("src/control/phase_surface.rs", include_str!("control/phase_surface.rs")),
     ("src/control/phased.rs", include_str!("control/phased.rs")),
     ("src/control/phased_controller.rs", include_str!("control/phased_controller.rs")),
     ("src/control/phased_torques.rs", include_str!("control/phased_torques.rs")),

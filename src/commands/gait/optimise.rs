@@ -30,8 +30,8 @@ What was found is tried as it would be written: steps under its own controller u
 event, with the ground checked as `bipedc simulate` with [assumptions] checks it. Where that walk lacks something of what was asked (speed within 1 %, friction, \
 impulses, centre of pressure, clearance, multiplier), the search goes on from there and asks for so much more, six rounds at most; a motion \
 that does not walk is looked for again on more nodes. What is still missing is said, and is in the JSON under \"lacking\". \
-A motion that does not walk is written all the same, exit code 3. Where none is found, the violated constraints are told \
-with phase and node; exit code 4, nothing is written.
+A motion that does not walk is written all the same, exit code 3. Where none is found, it is searched for from a usual speed on, step by step: told is the nearest speed that a gait is found at with the limits that are met there (a fast speed is \
+come to that way at once). Where that is not found either, the violated constraints are told with phase and node; exit code 4, nothing is written.
 
 --start begins at the curves of another gait with the same phases instead of from nothing: one that was found before, or that somebody else found. A robot without any \
 gait gets a form by `bipedc gait new`.
@@ -42,7 +42,7 @@ Gaits are taken over if their file and the one in FOLDER/searches are of the sam
 
 JSON: {\"form\", \"robot\", \"wished\": {\"mass\" (kg), \"height\" (m), \"gravity\" (m/s²), \"friction\", \"clearance\", \"zmp\" (m), \"impulse\" (N s), \"by_size\"}, \"complete\", \"gaits\": [{\"speed\" (m/s), \"taken_over\", \"feasible\", \"minimum\", \"iterations\", \"seconds\", \"durations\" (s), \"step_length\" (m), \"cost_of_transport\", \
 \"margins\": {\"friction\", \"impact_friction\", \"push\" (N), \"impulse\" (N s), \"zmp\", \"clearance\" (m), \"torque\", \"largest_torque\" (N m), \"joint\", \"velocity\"}, \"rounds\", \"lacking\", \"search_seconds\", \"violations\": \
-[{\"constraint\", \"phase\", \"node\", \"by\"}], \"closed_loop\": {\"walks\", \"reason\", \"speed\" (per s), \"multiplier\", \"walking_speed\" (m/s), \"duration\" (s), \"cost_of_transport\", \"phases\": [{\"name\", \"motion\" and \"walked\": {\"duration\", \"phi_start\", \"phi_end\", \"speed_start\", \"speed_end\"}}], \"margins\": {\"steps\", \"verdict\", \"walking_speed\", \"friction\", \"impact_friction\", \"impulse\", \"zmp\", \"clearance\", \"torque\", \"joint\", \"velocity\"}}}]}.";
+[{\"constraint\", \"phase\", \"node\", \"by\"}], \"reach\": {\"speed\" (m/s), \"beyond\" (m/s), \"limits\", \"usual\" (m/s)}, \"closed_loop\": {\"walks\", \"reason\", \"speed\" (per s), \"multiplier\", \"walking_speed\" (m/s), \"duration\" (s), \"cost_of_transport\", \"phases\": [{\"name\", \"motion\" and \"walked\": {\"duration\", \"phi_start\", \"phi_end\", \"speed_start\", \"speed_end\"}}], \"margins\": {\"steps\", \"verdict\", \"walking_speed\", \"friction\", \"impact_friction\", \"impulse\", \"zmp\", \"clearance\", \"torque\", \"joint\", \"velocity\"}}}]}.";
 
 /// Finds gaits: the least torques at a walking speed, within all limits
 #[derive(Args)]

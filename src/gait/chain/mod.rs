@@ -11,6 +11,7 @@ mod near;
 mod phase;
 mod pool;
 mod refused;
+mod steady;
 mod step;
 mod surface;
 mod text;

@@ -9,6 +9,7 @@ mod kept;
 mod landing;
 mod layout;
 mod margins;
+mod met;
 mod mirrored;
 mod rows;
 mod seed;

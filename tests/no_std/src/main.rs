@@ -8,6 +8,7 @@
 mod filter;
 mod generated;
 mod on_board;
+mod phases;
 mod standing;
 mod walking;
 
@@ -122,6 +123,8 @@ fn calls() -> bool {
         & generated::every_function()
         & walking::walks::<f64>(1e-10)
         & walking::walks::<f32>(2e-2)
+        & phases::hold::<f64>(1e-4, 1e-6)
+        & phases::hold::<f32>(1e-2, 1e-1)
         & standing::shares::<f64>(1e-9)
         & standing::shares::<f32>(1e-2)
         & standing::stands::<f64>(1e-3)

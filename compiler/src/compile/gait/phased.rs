@@ -1,4 +1,5 @@
 //! A robot with a gait of several phases: the functions of its controller beside those of the model that a step needs.
+use super::phased_surface::{ground_on_surface, rate_ratio, surface_equations};
 use super::{configuration, function, in_the_plane, rates};
 use crate::compile::{
     CompiledModel, Function, FunctionRequest, Quantity, compile, identifier, without_poles,
@@ -22,7 +23,8 @@ use bipedc_runtime::control::MOST_JOINTS;
 
 /// A robot and its gait of several phases as programs. Functions of each phase are `controlled_of_PHASE`, `wanted_of_PHASE`,
 /// `phase_end_of_PHASE`, `feedforward_of_PHASE`, `lie_derivatives_of_PHASE`, `zero_dynamics_of_PHASE`,
-/// `virtual_constraints_of_PHASE` with their slopes.
+/// `virtual_constraints_of_PHASE` with their slopes, `surface_equations_of_PHASE` with theirs, `rate_ratio_of_PHASE`; of all phases
+/// `ground_on_surface`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CompiledPhases {
     /// With the functions of the model that a step needs; [`Argument::Parameters`] are those of the gait.
@@ -72,6 +74,8 @@ pub fn compile_phases(
     let families: Vec<&'static str> = own.iter().map(|function: &Function| function.family).collect();
     own.sort_by_key(|function| families.iter().position(|family| *family == function.family));
     model.functions.extend(own);
+    let graph = Graph::new();
+    model.functions.push(ground_on_surface(&RobotModel::new(&graph, &tree, InertiaMode::Folded)));
     let arguments = GaitArguments::phased(gait);
     model.run_time_parameters = arguments.len();
     Ok(CompiledPhases { model, arguments, description, forces })
@@ -135,6 +139,8 @@ fn of_phase(
     );
     found.push(names.function(&graph, head, Quantity::matrix(rows, units, heads, columns)));
     found.push(zero_dynamics(&model, &names));
+    found.extend(surface_equations(&model, &names, &constraints, (description, phase)));
+    found.push(rate_ratio(&model, (gait, index), &names, (description, phase, &laws))?);
     without_poles(&graph, &format!("phase `{}` of the gait", of.name))?;
     Ok((found, held.names))
 }
@@ -167,24 +173,24 @@ fn zero_dynamics(model: &RobotModel<'_, '_>, names: &Names<'_>) -> Function {
     names.function(model.graph, head, Quantity::named(rows, units, values))
 }
 
-fn joined<'g>(mut head: Vec<Sym<'g>>, tail: &[Sym<'g>]) -> Vec<Sym<'g>> {
+pub(super) fn joined<'g>(mut head: Vec<Sym<'g>>, tail: &[Sym<'g>]) -> Vec<Sym<'g>> {
     head.extend_from_slice(tail);
     head
 }
 
 /// Names of what belongs to a phase.
-struct Names<'a> {
-    phase: &'a SupportPhase,
+pub(super) struct Names<'a> {
+    pub phase: &'a SupportPhase,
 }
 
 impl Names<'_> {
     /// Names and units of the outputs.
-    fn outputs(&self) -> (Vec<String>, Vec<String>) {
+    pub(super) fn outputs(&self) -> (Vec<String>, Vec<String>) {
         self.phase.outputs.iter().map(|output| (output.name.clone(), output.unit.clone())).unzip()
     }
 
     /// As `family_of_PHASE`.
-    fn function(&self, graph: &Graph, head: super::Head, quantity: Quantity<'_>) -> Function {
+    pub(super) fn function(&self, graph: &Graph, head: super::Head, quantity: Quantity<'_>) -> Function {
         let mut found = function(graph, head, quantity);
         found.name = format!("{}_of_{}", found.family, identifier(&self.phase.name));
         found.subject = Some(self.phase.name.clone());

@@ -1,10 +1,11 @@
 //! A gait of several phases for a controller in process, and what such a controller has to know of it.
 use super::phased::CompiledPhases;
+use super::phased_surface::held_count;
 use crate::compile::ProgramModel;
 use crate::description::gait::{GaitParameter, PhasedGait};
 use crate::description::model::{Contact, ContactPart, Foot, Phase, RobotDescription};
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_runtime::control::{self, MOST_FEET, PhaseLayout, PhasedLayout, StandingFoot};
+use bipedc_runtime::control::{self, MOST_FEET, PhaseLayout, PhaseSurfaceLayout, PhasedLayout, StandingFoot};
 use bipedc_runtime::{Argument, CallError, Model, Signature, State};
 
 /// What a foot that is to push carries at least, as a part of the robot's weight.
@@ -62,6 +63,14 @@ impl CompiledPhases {
             end: need("phase_end")?,
             feedforward: need("feedforward")?,
             lie_derivatives: need("lie_derivatives")?,
+            surface: PhaseSurfaceLayout {
+                held: held_count(&self.description, &phases[number]),
+                equations: need("surface_equations")?,
+                slopes: need("surface_slopes")?,
+                rates: need("surface_rates")?,
+                curvatures: need("surface_curvatures")?,
+            },
+            rate_ratio: need("rate_ratio")?,
             impact_matching: of.impact_matching,
             feedback: of.feedback,
             feet: feet(&self.description, &phases[number], &self.forces[index])?,

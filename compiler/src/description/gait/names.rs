@@ -103,6 +103,11 @@ impl Names {
 
     /// Whether a formula names something, itself or by a quantity that it names.
     pub(super) fn is_used(&self, name: &str) -> bool {
+        self.all_used().contains(name)
+    }
+
+    /// Everything that formulas name, themselves or by quantities.
+    pub(super) fn all_used(&self) -> BTreeSet<String> {
         let mut open: Vec<String> = self.used.borrow().iter().cloned().collect();
         let mut seen: BTreeSet<String> = BTreeSet::new();
         while let Some(next) = open.pop() {
@@ -110,7 +115,7 @@ impl Names {
                 open.extend(self.quantities.get(&next).into_iter().flat_map(|of| of.names().iter().cloned()));
             }
         }
-        seen.contains(name)
+        seen
     }
 
     /// What a name stands for already, if it does, for messages.

@@ -277,7 +277,8 @@ fn read_parameters(
 /// Warns of parameters that no formula names.
 fn check_use(top: &Section<'_, '_>, names: &Names, messages: &mut Messages<'_>) {
     let Some(section) = top.section("parameters", messages) else { return };
-    for entry in section.entries().iter().filter(|entry| !names.is_used(entry.key)) {
+    let used = names.all_used();
+    for entry in section.entries().iter().filter(|entry| !used.contains(entry.key)) {
         let message = format!(
             "no formula names the parameter `{}`: whatever its value, steps are the same",
             short(entry.key)

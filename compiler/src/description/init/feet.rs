@@ -91,6 +91,27 @@ fn lowest_point(robot: &UrdfRobot, body: &Body, frames: &[Frame]) -> f64 {
     heights.chain(masses).fold(f64::INFINITY, f64::min)
 }
 
+/// What a first description says of a foot whose longer side is behind its joint.
+pub const BACKWARD: &str = "which is longer: does the robot face −x?";
+
+/// A side of a foot that is so much longer than the other, measured from the joint that carries the foot, is its front.
+const LONGER: f64 = 1.25;
+
+/// Which end was taken for the heel, and why; nothing of a foot without ends.
+fn direction(ankle: f64, points: impl Iterator<Item = f64> + Clone) -> String {
+    let front = points.clone().fold(f64::NEG_INFINITY, f64::max) - ankle;
+    let rear = ankle - points.fold(f64::INFINITY, f64::min);
+    if front + rear <= 1e-3 {
+        return String::new();
+    }
+    let ends = format!(
+        " Its front is the end towards +x, where robots walk to: {:.0} mm before the joint that carries it; its rear, {:.0} mm behind that",
+        1e3 * front,
+        1e3 * rear
+    );
+    if rear > LONGER * front.max(0.0) { format!("{ends}, {BACKWARD}") } else { format!("{ends}.") }
+}
+
 /// What a first description says of a foot whose points are a guess.
 pub const NO_SHAPE: &str = "it has no collision shape: put the corners of its sole here";
 
@@ -105,13 +126,17 @@ fn guess(
     let y = frames[link].position[1];
     let side_by_place = (y.abs() > 1e-3).then_some(if y > 0.0 { Side::Left } else { Side::Right });
     let shapes = body.links.iter().any(|&link| !robot.shapes[link].is_empty());
+    let ankle = frames[body.links[0]].position[0];
+    let towards = direction(ankle, points.iter().map(|(_, point)| frames[link].point(*point)[0]));
     let origin = if shapes { "the points are the lowest of its collision shapes" } else { NO_SHAPE };
     FootGuess {
         name: identifier(name),
         link: name.clone(),
         side: side_of_name(name).or(side_by_place),
         points,
-        reason: format!("Taken for a foot because of {reason}; {origin} (m, in the frame of the link)."),
+        reason: format!(
+            "Taken for a foot because of {reason}; {origin} (m, in the frame of the link).{towards}"
+        ),
     }
 }
 

@@ -14,7 +14,7 @@ use super::urdf::{Tree, UrdfRobot, WORLD, read_urdf};
 use base_joints::{BaseJoints, base_joints, carries_all};
 use bipedc_effects::diagnostic::Diagnostics;
 use feet::FootGuess;
-pub use feet::NO_SHAPE;
+pub use feet::{BACKWARD, NO_SHAPE};
 use std::fmt::Write as _;
 use std::path::Path;
 

@@ -7,7 +7,7 @@ use super::{GaitCode, RUNTIME, effort_limits, introduction, parameters, robot};
 use crate::compile::{CompiledPhases, identifier};
 use crate::description::gait::PhasedGait;
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_runtime::control::{PhaseLayout, PhasedLayout, StandingFoot};
+use bipedc_runtime::control::{PhaseLayout, PhaseSurfaceLayout, PhasedLayout, StandingFoot};
 
 /// Emits a gait of several phases, its programs split as those of the robot.
 ///
@@ -37,6 +37,7 @@ pub fn phases_code(
         type_name,
         phase: Default::default(),
         closed: false,
+        walk: None,
     })
 }
 
@@ -99,6 +100,11 @@ fn phase(of: &PhaseLayout, text: &mut Text) {
     ] {
         text.line(&format!("{name}: {value},"));
     }
+    let PhaseSurfaceLayout { held, equations, slopes, rates, curvatures } = of.surface;
+    text.line(&format!(
+        "surface: {RUNTIME}::PhaseSurfaceLayout {{ held: {held}, equations: {equations}, slopes: {slopes}, rates: {rates}, curvatures: {curvatures} }},"
+    ));
+    text.line(&format!("rate_ratio: {},", of.rate_ratio));
     text.line(&format!("impact_matching: {},", of.impact_matching));
     text.line(&format!("feedback: {:?},", of.feedback));
     text.open("feet: [");

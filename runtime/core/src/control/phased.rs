@@ -1,5 +1,6 @@
 //! A gait of several phases as its controller knows it.
 use super::gait::GaitParameter;
+use super::phase_surface::PhaseSurfaceLayout;
 use crate::model::Model;
 
 /// Most joints that a controller of several phases drives.
@@ -66,6 +67,10 @@ pub struct PhaseLayout {
     pub feedforward: usize,
     /// Function `lie_derivatives`: h, L_f h, L_f² h, then L_g L_f h, and the forces of the ground below.
     pub lie_derivatives: usize,
+    /// The constraint surface.
+    pub surface: PhaseSurfaceLayout,
+    /// Function `rate_ratio`: η.
+    pub rate_ratio: usize,
     /// Whether h_p takes up what is left of the outputs and their rates where the phase begins.
     pub impact_matching: bool,
     /// K_p (1/s²) and K_d (1/s), if the phase has its own.

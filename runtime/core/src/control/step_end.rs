@@ -29,7 +29,7 @@ impl<R: Scalar> Search<'_, R> {
         match layout.step_end {
             StepEnd::Closed(function) => gait.evaluate(function, &state, &mut value).ok()?,
             StepEnd::Iterated { constraints, jacobian, guard } => {
-                let of = Constraints { residual: constraints, jacobian };
+                let of = Constraints { residual: constraints, jacobian, held: &[] };
                 let q = on_surface(gait, of, self.iteration, self.arguments)?;
                 gait.evaluate(guard, &state.with(Argument::Q, q), &mut value).ok()?;
             }
@@ -41,7 +41,7 @@ impl<R: Scalar> Search<'_, R> {
 /// The configuration on the constraint surface, looked for from the gait's posture.
 fn on_surface<'m, R: Scalar>(
     gait: &impl Gait<R>,
-    of: Constraints,
+    of: Constraints<'_, R>,
     memory: &'m mut [R],
     arguments: &[R],
 ) -> Option<&'m [R]> {

@@ -1,8 +1,7 @@
 //! The constraint surface q = T(φ) where it has no closed form (6.5), by Newton's method with bounded work.
 use super::elimination::solve;
-use super::gait::Gait;
 use super::slices::copy;
-use crate::model::{Argument, State};
+use crate::model::{Argument, Model, State};
 use crate::real::Scalar;
 
 /// Steps of the iteration, and halvings of one of them.
@@ -11,11 +10,13 @@ const HALVINGS: usize = 10;
 /// Residuals below so many roundings (m, rad) are those of a solution.
 const ROUNDINGS: f64 = 1e3;
 
-/// Functions `virtual_constraints` and `virtual_constraints_jacobian`.
+/// What vanishes and its slopes, such as `virtual_constraints` and `virtual_constraints_jacobian`.
 #[derive(Clone, Copy)]
-pub(super) struct Constraints {
+pub(super) struct Constraints<'h, R> {
     pub residual: usize,
     pub jacobian: usize,
+    /// What the first rows are to be instead of zero.
+    pub held: &'h [R],
 }
 
 /// Room for an iteration: q, where a step began, the step, residuals, and their slopes column after column.
@@ -29,7 +30,7 @@ pub(super) struct Iteration<'m, R> {
 
 impl<R: Scalar> Iteration<'_, R> {
     /// Moves q to where the constraints with these arguments vanish, starting where it is; `false`: there is no such place nearby.
-    pub(super) fn run(&mut self, gait: &impl Gait<R>, of: Constraints, arguments: &[R]) -> bool {
+    pub(super) fn run(&mut self, gait: &impl Model<R>, of: Constraints<'_, R>, arguments: &[R]) -> bool {
         let solved = R::constant(ROUNDINGS * R::EPSILON);
         let Some(mut size) = self.residual_at_q(gait, of, arguments) else { return false };
         for _ in 0..ITERATIONS {
@@ -49,7 +50,12 @@ impl<R: Scalar> Iteration<'_, R> {
     }
 
     /// q less the step that stands in `residual`, or a part of it, so that the residual becomes smaller: its size then.
-    fn descend(&mut self, gait: &impl Gait<R>, (of, arguments): (Constraints, &[R]), size: R) -> Option<R> {
+    fn descend(
+        &mut self,
+        gait: &impl Model<R>,
+        (of, arguments): (Constraints<'_, R>, &[R]),
+        size: R,
+    ) -> Option<R> {
         copy(self.residual, self.step);
         copy(self.q, self.origin);
         let mut part = R::constant(1.0);
@@ -67,9 +73,10 @@ impl<R: Scalar> Iteration<'_, R> {
     }
 
     /// The largest residual at q; `None`: it is no number.
-    fn residual_at_q(&mut self, gait: &impl Gait<R>, of: Constraints, arguments: &[R]) -> Option<R> {
+    fn residual_at_q(&mut self, gait: &impl Model<R>, of: Constraints<'_, R>, arguments: &[R]) -> Option<R> {
         let state = State::new().with(Argument::Q, self.q).with(Argument::Parameters, arguments);
         gait.evaluate(of.residual, &state, self.residual).ok()?;
+        self.residual.iter_mut().zip(of.held).for_each(|(x, held)| *x = *x - *held);
         let finite = self.residual.iter().all(|x| x.is_finite());
         let largest = self.residual.iter().fold(R::constant(0.0), |m, x| m.larger(x.abs()));
         finite.then_some(largest)

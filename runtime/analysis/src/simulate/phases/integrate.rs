@@ -29,6 +29,10 @@ pub trait Phased {
     fn has_kink_behind(&self) -> bool {
         false
     }
+    /// Name of a phase, for messages.
+    fn name(&self, phase: usize) -> String {
+        format!("{phase}")
+    }
     /// At the end of a phase: the state just after, and the phase that follows. Impulses go into `impulse`.
     ///
     /// # Errors
@@ -230,6 +234,7 @@ pub fn walk_watched(
     watcher: &mut dyn Watcher,
 ) -> Result<Walk, Diagnostic> {
     let mut walk = Walk { changes: Vec::new(), last: start, end: End::Time, effort: Effort::default() };
+    let begun = walk.last.time;
     let mut at_once = 0;
     while walk.last.time < until {
         let before = walk.last.time;
@@ -238,6 +243,10 @@ pub fn walk_watched(
             None => phase(system, &mut walk, until, precision, watcher)?,
         };
         at_once = if walk.last.time - before > INSTANT { 0 } else { at_once + 1 };
+        if at_once > MOST_AT_ONCE && before - begun > INSTANT {
+            walk.end = End::Violated(chatters(system, &walk.last, at_once));
+            return Ok(walk);
+        }
         if at_once > MOST_AT_ONCE {
             return Err(Diagnostic::error(format!("at {before} s phases follow each other without time"))
                 .help("check the initial state, and that the phases' order fits to the motion"));
@@ -266,6 +275,19 @@ pub fn walk_watched(
     }
     walk.end = End::Time;
     Ok(walk)
+}
+
+/// What is said of a motion that cannot stay in any phase: each lets go or tips in the instant in which it begins.
+fn chatters(system: &dyn Phased, last: &Start, at_once: usize) -> Violation {
+    Violation {
+        phase: system.name(last.phase),
+        time: last.time,
+        quantity: "changes of phase without time between them".to_owned(),
+        value: at_once as f64,
+        limit: MOST_AT_ONCE as f64,
+        unit: "1",
+        meaning: "no phase holds: what stands lets go or tips as soon as it stands",
+    }
 }
 
 /// The change at the end of a phase, or where it cannot go on; whether to go on.

@@ -57,6 +57,10 @@ impl Phased for PhasedRobot<'_> {
         }
     }
 
+    fn name(&self, phase: usize) -> String {
+        self.phases[phase].0.name.clone()
+    }
+
     fn violation(&self, phase: usize, time: f64, x: &[f64]) -> Option<Violation> {
         // Taken out, so that what is called can use the shared workspace too.
         let mut work = self.work.take();
