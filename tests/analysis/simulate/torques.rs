@@ -3,7 +3,7 @@ use super::Numbers;
 use bipedc_lapack as _;
 use bipedc_runtime::control::{
     Controller, Feedback, GaitParameter, GaveWay, JointCommand, MOST_FEET, Observation, PhaseLayout,
-    PhasedController, PhasedGait, PhasedLayout, StandingFoot,
+    PhaseSurfaceLayout, PhasedController, PhasedGait, PhasedLayout, StandingFoot,
 };
 use bipedc_runtime::{Argument, CallError, Model, Signature, State};
 use clarabel::algebra::CscMatrix;
@@ -195,6 +195,8 @@ impl PhasedGait<f64> for Problem {
             end: 2,
             feedforward: 3,
             lie_derivatives: 4,
+            surface: PhaseSurfaceLayout { held: 0, equations: 0, slopes: 0, rates: 0, curvatures: 0 },
+            rate_ratio: 0,
             impact_matching: true,
             feedback: None,
             feet: self.feet,
