@@ -30,7 +30,7 @@ pub(super) struct Conclusion<'s> {
 
 impl Conclusion<'_> {
     /// An effect that the final estimate, with what was corrected, tells nothing of: all that it might be includes that it is nothing,
-    /// or the held-out error does not fall with it, neither beside what entered before it nor beside all.
+    /// or the held-out error does not fall with it, neither beside what entered before it nor, where corrections make up for what these leave, beside all.
     pub(super) fn idle(&self, diagnosis: &Diagnosis) -> Option<usize> {
         let judged = self.regression.standing.len()..self.outcome.active.len();
         let share = |k: usize| {
@@ -45,14 +45,16 @@ impl Conclusion<'_> {
         judged.rev().find(|&k| uncertain(&self.settled.refined, k) || says_nothing(k))
     }
 
-    /// What an effect removes of the weighted squared error beside all others. Its share is that beside those which entered before it: what they
-    /// leave of a large error may hide it.
+    /// What an effect removes of the weighted squared error beside all others; nothing where nothing was corrected. Its share is that beside those which
+    /// entered before it: what they leave of a large error may hide it, where corrections make up for that.
     fn removed(&self, k: usize) -> f64 {
-        let corrected = !self.settled.corrections.is_empty();
+        if self.settled.corrections.is_empty() {
+            return 0.0;
+        }
         let mut fewer = self.outcome.active.clone();
         fewer.remove(k);
         let left = |active: &[usize]| {
-            let errors = self.regression.scored_fit(active, corrected)?.errors;
+            let errors = self.regression.scored_fit(active, true)?.errors;
             Some(errors.iter().zip(&self.regression.weights).map(|(e, w)| e * w).sum::<f64>())
         };
         match (left(&fewer), left(&self.outcome.active)) {

@@ -82,7 +82,8 @@ fn fall_of(regression: &Regression<'_>, refined: &Refined, k: usize) -> f64 {
         let relative = without.iter().zip(&with).enumerate().filter_map(|(row, (was, is))| {
             let part = (was.squares - is.squares) / was.squares.max(f64::MIN_POSITIVE);
             // What only lowers noise lowers nothing, unless it lowers so much that no chance would.
-            let counts = !was.is_noise || part * was.independent > 2.0 * NO_CHANCE;
+            let lowers = part > NO_TRACE && part * was.independent > 2.0 * NO_CHANCE;
+            let counts = !was.is_noise || lowers;
             counts.then(|| part * LEAST / least(regression, row, refined.effects[k].kind, &play))
         });
         relative.fold(f64::NEG_INFINITY, f64::max)
@@ -110,8 +111,10 @@ impl JudgedError {
     }
 }
 
-/// No chance lowers what other data leave by so much deviance.
+/// No chance lowers what other data leave by so much deviance,
 const NO_CHANCE: f64 = 30.0;
+/// and what stops and jumps of other joints leave in a row is less than so much of its noise's squares.
+const NO_TRACE: f64 = 0.1;
 
 /// What effects and a change of inertial parameters leave of each judging row, away from jumps.
 pub(super) fn judged_errors(
