@@ -19,7 +19,7 @@ pub(super) const PRECISION: Precision = Precision {
     most_steps: 10_000,
     order: Order::Eighth,
 };
-/// Of cells between which a map is interpolated to some 1e-3: what this leaves is a thousandth of that. Torques go from limit to limit on the way, where a method of low order loses
+/// Of cells between which a map is interpolated to some 1e-3: this leaves 2e-6 of it in the middle, 5e-4 at most. Torques go from limit to limit on the way, where a method of low order loses
 /// fewer evaluations to steps that are rejected. Its steps are short: looks are no farther apart than in the longest ones of the other method.
 pub(super) const ROUGH: Precision =
     Precision { relative: 3e-9, absolute: 3e-9, shortest_look: 0.005, order: Order::Fifth, ..PRECISION };
