@@ -9,6 +9,7 @@ use bipedc_analysis::measure;
 use bipedc_compiler::Robot;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::effect::{Effect, Kind, Location};
+use std::cell::LazyCell;
 use std::path::Path;
 
 /// Higher cut-offs at which a second look is taken.
@@ -95,11 +96,9 @@ pub(super) fn second_look<'m>(
     let (cutoff, error) = quietest?;
     let looks = Looks { measured, request, first, answer, work };
     let here = first.train.cutoff_hz;
-    if cutoff < here {
-        let found = looks.where_much_less_is_left(cutoff, error);
-        if let Some(found) = found.or_else(|| looks.where_encoders_hid_it(cutoff)) {
-            return Some(found);
-        }
+    let slower = (cutoff < here).then(|| looks.behind_a_slower_one(cutoff, error)).flatten();
+    if slower.is_some() {
+        return slower;
     }
     let found = (cutoff > here).then(|| looks.where_joints_stick(cutoff)).flatten();
     found.or_else(|| looks.near_reversals(here))
@@ -122,30 +121,33 @@ impl<'m> Looks<'_, 'm> {
         Some((other, second))
     }
 
-    /// At a slower cut-off that leaves much less, `error`. What needs fewer numbers need not do as well behind a filter that lets the
-    /// encoders' noise through: that looks like inertias.
-    fn where_much_less_is_left(&self, cutoff: f64, error: f64) -> Option<Found<'m>> {
+    /// At a slower cut-off: where it leaves much less, `error`, or where what explains all behind this one leaves more than noise there. What needs
+    /// fewer numbers need not do as well behind a filter that lets the encoders' noise through: that looks like inertias.
+    fn behind_a_slower_one(&self, cutoff: f64, error: f64) -> Option<Found<'m>> {
         let (first, answer) = (self.first, self.answer);
-        if error >= QUIETER * left(first, answer) {
+        let is_much_less = error < QUIETER * left(first, answer);
+        let is_hidden = LazyCell::new(|| !answer.unexplained && self.leaves_more_than_noise(cutoff));
+        if !is_much_less && !*is_hidden {
             return None;
         }
         self.at(cutoff).filter(|(other, second)| {
-            (!second.leaves_structure() || answer.leaves_structure())
-                && left(other, second) < left(other, answer)
-                && (left(first, second) <= ALIKE * left(first, answer) || numbers(second) < numbers(answer))
+            let alike = || left(first, second) <= ALIKE * left(first, answer);
+            let is_better = || {
+                is_much_less
+                    && (!second.leaves_structure() || answer.leaves_structure())
+                    && (alike() || numbers(second) < numbers(answer))
+            };
+            left(other, second) < left(other, answer) && (is_better() || !second.unexplained && *is_hidden)
         })
     }
 
-    /// At a slower cut-off, where what explains all behind this one leaves more than noise, and another answer does not.
-    fn where_encoders_hid_it(&self, cutoff: f64) -> Option<Found<'m>> {
-        let answer = self.answer;
-        let other = (!answer.unexplained).then(|| filtered(self.measured, self.request, cutoff).ok())??;
-        let rows: Vec<String> = other.train.experiment.rows().iter().map(|row| row.name.clone()).collect();
-        if is_noise(&other, answer, &rows) {
-            return None;
-        }
-        self.at(cutoff)
-            .filter(|(other, second)| !second.unexplained && left(other, second) < left(other, answer))
+    /// Whether the answer leaves more than noise at a cut-off (Hz).
+    fn leaves_more_than_noise(&self, cutoff: f64) -> bool {
+        let rows = |logs: &Filtered<'_>| -> Vec<String> {
+            logs.train.experiment.rows().iter().map(|row| row.name.clone()).collect()
+        };
+        let other = filtered(self.measured, self.request, cutoff);
+        other.is_ok_and(|other| !is_noise(&other, self.answer, &rows(&other)))
     }
 
     /// At a faster cut-off, where something is left above the noise of joints that stick for a good part of the log.

@@ -56,11 +56,13 @@ impl Conclusion<'_> {
     fn alternatives_to(&self, found: &[FoundEffect], order: &[usize]) -> Vec<Vec<Vec<FoundEffect>>> {
         let active = &self.outcome.active;
         let is_hidden = active.iter().any(|&c| is_behind_motor(self.regression, c));
+        let (regression, refined) = (self.regression, &self.settled.refined);
+        let here = judged_errors(regression, &refined.effects, &self.change(&refined.corrections), None);
         let mut groups = Vec::new();
         for (found, &k) in found.iter().zip(order) {
             let (alike, near) = self.alike(active, k);
             let mut group = vec![vec![found.clone()]];
-            let stands_in = |c: &&usize| is_hidden || !self.is_told_apart(&replaced(active, k, **c));
+            let stands_in = |c: &&usize| is_hidden || !self.is_told_apart(&replaced(active, k, **c), &here);
             let singles = alike.iter().filter(stands_in).take(SINGLES);
             group.extend(singles.map(|&c| vec![self.alternative(active, k, c, found.share)]));
             group.extend(self.as_sum(k, found.share));
@@ -68,7 +70,7 @@ impl Conclusion<'_> {
             match other_kind {
                 // The search draws a straight line from one stiffness: others that do as well beside that need not beside the law itself.
                 _ if is_hidden => self.keep_exact(k, &mut group),
-                Some(&c) => group.extend(self.together(k, c, found.share)),
+                Some(&c) => group.extend(self.together((k, c), found.share, &here)),
                 None => {}
             }
             if group.len() > 1 {
@@ -105,7 +107,7 @@ impl Conclusion<'_> {
 
     /// Alternatives that differ in two effects: `c` in the place of the `k`-th, and another kind, or another place, in that of a second one
     /// with which the `k`-th shares a row; the best of each kind, and of these the best few.
-    fn together(&self, k: usize, c: usize, share: f64) -> Vec<Vec<FoundEffect>> {
+    fn together(&self, (k, c): (usize, usize), share: f64, here: &[JudgedError]) -> Vec<Vec<FoundEffect>> {
         let (regression, outcome) = (self.regression, self.outcome);
         let mut out = Vec::new();
         let met = |j: &usize| *j != k && regression.meet(outcome.active[*j], outcome.active[k]);
@@ -132,7 +134,7 @@ impl Conclusion<'_> {
             let mut kinds: Vec<&Kind> = Vec::new();
             for (more, d) in alike {
                 let set = replaced(&replaced(&outcome.active, k, c), j, d);
-                if !kinds.contains(&self.form(d).kind) && kinds.len() < 3 && !self.is_told_apart(&set) {
+                if !kinds.contains(&self.form(d).kind) && kinds.len() < 3 && !self.is_told_apart(&set, here) {
                     kinds.push(self.form(d).kind);
                     let first = self.alternative(&set, k, c, share);
                     out.push((more, vec![first, self.alternative(&set, j, d, share)]));
@@ -143,24 +145,25 @@ impl Conclusion<'_> {
         out.into_iter().take(PAIRS).map(|(_, pair)| pair).collect()
     }
 
-    /// Whether one sees that a set explains less: by its laws as they are, where the search smoothed their jumps.
-    fn is_told_apart(&self, set: &[usize]) -> bool {
+    /// What corrections of a fit change, where the answer states any.
+    fn change(&self, corrections: &[f64]) -> Vec<f64> {
+        match self.outcome.corrected && !corrections.is_empty() {
+            true => self.regression.spread.change(corrections),
+            false => Vec::new(),
+        }
+    }
+
+    /// Whether one sees that a set explains less than what stands, which leaves `here`: by its laws as they are, where the search smoothed
+    /// their jumps.
+    fn is_told_apart(&self, set: &[usize], here: &[JudgedError]) -> bool {
         let (regression, corrected) = (self.regression, self.outcome.corrected);
         let Some(scored) = regression.scored_fit(set, corrected).filter(|_| !regression.is_table) else {
             return false;
         };
         let effect = |(j, &c): (usize, &usize)| self.form(c).effect(regression.coefficients(set, &scored, j));
         let others: Vec<Effect> = set.iter().enumerate().map(effect).collect();
-        let change = |corrections: &[f64]| match corrected && !corrections.is_empty() {
-            true => regression.spread.change(corrections),
-            false => Vec::new(),
-        };
-        let refined = &self.settled.refined;
-        let there = judged_errors(regression, &others, &change(&scored.fit.corrections), None);
-        let here = judged_errors(regression, &refined.effects, &change(&refined.corrections), None);
-        let is_worse =
-            |(there, here): (JudgedError, JudgedError)| there.is_worse_than(&here, 1.0 + MUCH_WORSE);
-        there.into_iter().zip(here).any(is_worse)
+        let there = judged_errors(regression, &others, &self.change(&scored.fit.corrections), None);
+        there.iter().zip(here).any(|(there, here)| there.is_worse_than(here, 1.0 + MUCH_WORSE))
     }
 
     /// Two effects that are the `k`-th by algebra while its joint moves: friction that differs by direction is friction and a bias.
