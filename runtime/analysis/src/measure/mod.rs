@@ -13,6 +13,7 @@ mod options;
 pub(crate) mod recording;
 pub(crate) mod repetition;
 pub(crate) mod residual_noise;
+pub(crate) mod slow_noise;
 mod source;
 pub(crate) mod stops;
 mod strays;

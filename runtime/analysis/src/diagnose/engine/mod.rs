@@ -35,6 +35,7 @@ mod text;
 mod uncertainty;
 mod unexplained;
 mod unknowns;
+mod weak_friction;
 mod weights;
 
 pub use alike::left_alike;

@@ -12,6 +12,7 @@ use super::rival::{indistinguishable, is_likelier};
 use super::search::{Outcome, search};
 use super::significance::{Insignificant, insignificant, is_vague, says_no_more};
 use super::text;
+use super::weak_friction::beside_friction;
 use crate::diagnose::Diagnosis;
 use crate::experiments::Experiment;
 use crate::robot::link_inertias::CadError;
@@ -151,13 +152,16 @@ fn concluded(
     (validation, most, entered): (Option<&dyn Experiment>, usize, &dyn Fn(usize)),
 ) -> Diagnosis {
     let mut left = RECONSIDERED;
+    let mut declined = Vec::new();
     loop {
         let refined = estimated(regression, outcome, teaches, (most, entered));
+        let refined = beside_friction(regression, outcome, refined, (teaches, &declined));
         let settled = settle(data(regression, teaches), refined, &regression.spread, regression.free);
         let conclusion = Conclusion { regression, outcome, settled: &settled };
         let diagnosis = conclusion.write(regression.train, validation);
         let Some(k) = conclusion.idle(&diagnosis).filter(|_| left > 0) else { return diagnosis };
         left -= 1;
+        declined.push(outcome.active[k]);
         if !drop_effect(regression, outcome, k) {
             return diagnosis;
         }

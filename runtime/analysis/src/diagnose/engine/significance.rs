@@ -109,6 +109,11 @@ impl JudgedError {
     pub fn is_worse_than(&self, other: &Self, times: f64) -> bool {
         !self.is_noise && self.squares > times * other.squares
     }
+
+    /// How much more deviance this is than what another fit leaves, which is taken for noise.
+    pub fn deviance_above(&self, other: &Self) -> f64 {
+        (self.squares / other.squares.max(f64::MIN_POSITIVE) - 1.0) * other.independent
+    }
 }
 
 /// No chance lowers what other data leave by so much deviance,

@@ -2,7 +2,6 @@
 use super::columns::FootColumns;
 use super::passing::Passing;
 use crate::log::Block;
-use crate::measure::noise::white_noise;
 use crate::measure::trajectory::Unusable;
 use crate::robot::Foot;
 use crate::robot::feet::Sole;
@@ -42,7 +41,7 @@ impl FootRecord {
     ) -> Result<(), Unusable> {
         let raw = self.raw(block, foot);
         if self.signals.is_empty() {
-            self.noise = std::array::from_fn(|k| white_noise(&raw[k]));
+            self.noise = std::array::from_fn(|k| passing.noise(block, &raw[k]));
         }
         self.signals.extend(self.filtered(passing, passing.filter, block, foot, at)?);
         let reach = passing.reach;

@@ -2,10 +2,13 @@
 use super::columns::Columns;
 use super::products::Products;
 use crate::log::Block;
+use crate::measure::noise::white_noise;
+use crate::measure::slow_noise::slow_noise;
 use crate::measure::trajectory::Unusable;
 use crate::robot::Robot;
 use crate::signal::{Butterworth, Grid, Spline, resample};
 use nalgebra::{Rotation3, UnitQuaternion};
+use std::borrow::Cow;
 
 /// What stays the same from block to block.
 pub(super) struct Passing<'a, 'r> {
@@ -15,6 +18,8 @@ pub(super) struct Passing<'a, 'r> {
     pub products: Option<Products<'r>>,
     pub step: f64,
     pub stride: usize,
+    /// Of the filter, Hz.
+    pub cutoff_hz: f64,
     /// Samples over which the filter smears a sensor that stays at its limit.
     pub reach: usize,
     /// Of the robot, N.
@@ -37,6 +42,23 @@ pub(super) fn with_quaternion(columns: &Columns, block: &Block<'_>) -> Option<Ve
 }
 
 impl Passing<'_, '_> {
+    /// Standard deviation of the white noise that leaves as much behind the filter as the noise of a column of forces does.
+    pub fn noise(&self, block: &Block<'_>, column: &[f64]) -> f64 {
+        let white = white_noise(column);
+        let slow = slow_noise(&self.evenly(block, column).0, self.step, self.cutoff_hz, white);
+        slow.unwrap_or(white)
+    }
+
+    /// A column at even times, and the first of these.
+    fn evenly<'c>(&self, block: &Block<'_>, column: &'c [f64]) -> (Cow<'c, [f64]>, f64) {
+        let [first, .., last] = block.time else { return (column.into(), block.start) };
+        if block.uniform {
+            return (column.into(), *first);
+        }
+        let grid = Grid::covering(block.start, self.step, *first, *last);
+        (resample(block.time, column, grid).into(), grid.start)
+    }
+
     /// A column filtered, at samples of the block.
     pub fn smooth(&self, block: &Block<'_>, column: &[f64], at: &[usize]) -> Result<Vec<f64>, Unusable> {
         self.through(self.filter, block, column, at)
@@ -53,14 +75,12 @@ impl Passing<'_, '_> {
         if column.iter().all(|x| *x == 0.0) {
             return Ok(vec![0.0; at.len()]);
         }
+        let (even, start) = self.evenly(block, column);
+        let smooth = filter.zero_phase(&even);
         if block.uniform {
-            let smooth = filter.zero_phase(column);
             return Ok(at.iter().map(|i| smooth[*i]).collect());
         }
-        let (first, last) = (block.time[0], block.time[block.time.len() - 1]);
-        let grid = Grid::covering(block.start, self.step, first, last);
-        let even = filter.zero_phase(&resample(block.time, column, grid));
-        let spline = Spline::new(&even, self.step).ok_or(Unusable::TooFew)?;
-        Ok(at.iter().map(|i| spline.at(block.time[*i] - grid.start)[0]).collect())
+        let spline = Spline::new(&smooth, self.step).ok_or(Unusable::TooFew)?;
+        Ok(at.iter().map(|i| spline.at(block.time[*i] - start)[0]).collect())
     }
 }

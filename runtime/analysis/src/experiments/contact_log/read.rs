@@ -72,7 +72,18 @@ impl ContactRecording {
         let products =
             Products::new(robot, cutoff_hz, step, stride).map_err(|e| Diagnostics(vec![e.in_file(&path)]))?;
         let columns = &columns;
-        let passing = Passing { robot, columns, filter: &filter, products, step, stride, reach, weight, cut };
+        let passing = Passing {
+            robot,
+            columns,
+            filter: &filter,
+            cutoff_hz,
+            products,
+            step,
+            stride,
+            reach,
+            weight,
+            cut,
+        };
         let heard = recording.add_all(&passing, &mut blocks, &path)?;
         recording.warnings.extend(blocks.report().warnings.iter().cloned());
         recording.finish(&passing, &heard.raw, &heard.accelerations);
@@ -123,6 +134,9 @@ impl ContactRecording {
             let block = Block { columns: own.as_deref().unwrap_or(block.columns), ..block };
             if heard.raw.is_empty() {
                 heard.raw = block.columns.iter().map(|c| white_noise(c)).collect();
+                for effort in columns.plan.joints.iter().filter_map(|joint| joint.effort) {
+                    heard.raw[effort] = passing.noise(&block, &block.columns[effort]);
+                }
                 for position in columns.plan.joints.iter().filter_map(|joint| joint.position) {
                     heard.raw[position] = of_encoders(&block.columns[position], 1);
                 }
