@@ -11,7 +11,7 @@ use super::search::Outcome;
 use super::significance::judged_errors;
 use crate::experiments::Experiment;
 use crate::experiments::jumps::Jumps;
-use bipedc_effects::effect::{Effect, Kind, kinds};
+use bipedc_effects::effect::{Effect, Kind, Law, kinds};
 use std::collections::BTreeMap;
 
 /// What it may stand beside,
@@ -42,15 +42,21 @@ pub(super) fn beside_friction(
             continue;
         }
         let location = &refined.effects[k].location;
-        let may = |&c: &usize| {
-            let form = &regression.candidates[c].form;
-            WEAK.contains(&form.kind) && form.location == *location && !declined.contains(&c)
-        };
-        let tried: Vec<usize> = (0..regression.candidates.len()).filter(may).collect();
-        let found = tried.into_iter().find_map(|c| {
-            let with = joined(regression, outcome, c)?;
-            let data = data(regression, teaches);
-            let both = refine(data, estimates(regression, &with), &[], spread(regression, with.corrected));
+        let here = |c: &usize| regression.candidates[*c].form.location == *location && !declined.contains(c);
+        let joined: Vec<(f64, &Kind, Outcome)> = (0..regression.candidates.len())
+            .filter(here)
+            .filter_map(|c| {
+                let (fall, with) = joined(regression, outcome, c)?;
+                Some((fall, regression.candidates[c].form.kind, with))
+            })
+            .collect();
+        // A torque that comes late looks like damping, of either sign.
+        let is_late = |(_, kind, _): &&(f64, &Kind, Outcome)| kind.law == Law::Delay;
+        let late = joined.iter().filter(is_late).map(|(fall, ..)| *fall).fold(0.0, f64::max);
+        let is_weak = |(fall, kind, _): &(f64, &Kind, Outcome)| WEAK.contains(kind) && *fall > late;
+        let found = joined.into_iter().filter(is_weak).find_map(|(.., with)| {
+            let start = estimates(regression, &with);
+            let both = refine(data(regression, teaches), start, &[], spread(regression, with.corrected));
             is_sure(regression, (&refined, &both), k).then_some((with, both))
         });
         if let Some((with, both)) = found {
@@ -61,23 +67,21 @@ pub(super) fn beside_friction(
     refined
 }
 
-/// All that stands with another candidate, if the data that judge may confirm it.
-fn joined(regression: &Regression<'_>, outcome: &Outcome, c: usize) -> Option<Outcome> {
+/// All that stands with another candidate, and by how much deviance that lowers what the data that judge show of a row, if they may confirm it.
+fn joined(regression: &Regression<'_>, outcome: &Outcome, c: usize) -> Option<(f64, Outcome)> {
     if excluded(regression, &outcome.active, c).is_some() {
         return None;
     }
     let active = [outcome.active.as_slice(), &[c]].concat();
     let scored = regression.scored_fit(&active, outcome.corrected)?;
     let fall = |&row: &usize| (outcome.scored.errors[row] - scored.errors[row]) * regression.weights[row];
-    let confirmed = regression.candidates[c].rows.iter().any(|row| fall(row) > CONFIRMED);
-    let possible = || regression.impossible(&active, &scored).is_none();
-    (confirmed && possible()).then(|| Outcome {
-        active,
-        scored,
-        corrected: outcome.corrected,
-        reasons: BTreeMap::new(),
-        rival: None,
-    })
+    let fall = regression.candidates[c].rows.iter().map(fall).fold(f64::NEG_INFINITY, f64::max);
+    if fall < CONFIRMED || regression.impossible(&active, &scored).is_some() {
+        return None;
+    }
+    let outcome =
+        Outcome { active, scored, corrected: outcome.corrected, reasons: BTreeMap::new(), rival: None };
+    Some((fall, outcome))
 }
 
 /// Whether the last of both estimates' effects is there beyond doubt, beside the `k`-th: by its interval, by what it lowers of the data that judge away from jumps, and by
