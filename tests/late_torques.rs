@@ -1,4 +1,4 @@
-//! Torques that are reported later than the motion: no effect of the library does that, and the answer says what it is.
+//! Torques that are reported later than the motion, by a filter of their sensor: a delay of less than nothing, and no coupling or friction.
 use crate::cli::{bipedc, scratch, text};
 use flate2::read::GzDecoder;
 use std::io::Read as _;
@@ -33,19 +33,20 @@ fn late_torques_are_told_by_their_lateness() {
     let (judge, _) = late(&folder, "validation.csv.gz");
     let answer = bipedc(&["diagnose", "robots/tulip", text(&train), "--validate", text(&judge), "--json"]);
     let answer = answer.ok().json();
+    let summary = answer["summary"].as_str().unwrap();
+    println!("{summary}");
+    let effects = answer["effects"].as_array().unwrap();
+    let delays = effects.iter().filter(|effect| effect["kind"] == "actuator_delay");
+    let delays: Vec<f64> = delays.map(|effect| effect["parameters"]["delay"].as_f64().unwrap()).collect();
     let lateness = LATE as f64 * step;
-    let parts = answer["unexplained_parts"].as_array().unwrap();
-    let told: Vec<f64> = parts.iter().filter_map(|part| part["late_s"].as_f64()).collect();
-    println!("{lateness} s: {told:?}\n{}", answer["summary"]);
-    assert!(told.len() >= 4 && 2 * told.len() >= parts.len(), "{}", answer["unexplained_parts"]);
-    // Where friction or drag was taken for a part of it, what is left is less late.
-    let mut parts: Vec<f64> = told.iter().map(|found| found / lateness).collect();
-    parts.sort_by(f64::total_cmp);
-    assert!((parts[parts.len() / 2] - 1.0).abs() < 0.05, "{told:?} s of {lateness} s");
-    assert!(parts[0] > 0.5 && parts[parts.len() - 1] < 1.1, "{told:?} s of {lateness} s");
-    assert!(
-        answer["summary"].as_str().unwrap().contains("ms later than the motion"),
-        "{}",
-        answer["summary"]
-    );
+    assert!(delays.len() >= 8, "{summary}");
+    for delay in &delays {
+        assert!((delay / -lateness - 1.0).abs() < 0.05, "{delay} s of {lateness} s");
+    }
+    // The friction is in the log besides, and nothing else is.
+    assert_eq!(effects.len(), delays.len() + 1, "{summary}");
+    let friction = effects.iter().find(|effect| effect["kind"] == "coulomb_friction").expect(summary);
+    assert_eq!(friction["joint"], "left_knee_pitch");
+    assert!((friction["parameters"]["torque"].as_f64().unwrap() / 0.4 - 1.0).abs() < 0.03, "{summary}");
+    assert!(summary.contains("ms later than it acts, behind a filter of its sensor"), "{summary}");
 }

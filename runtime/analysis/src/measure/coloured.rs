@@ -135,10 +135,26 @@ fn forgotten(rho: f64, lag: usize) -> f64 {
     1.0 - r * (1.5 - r * (0.6 - 0.1 * r))
 }
 
-/// Samples between two changes of a signal's sign, on average.
+/// Samples from one reversal, start or stop of a motion to the next one, on average over those in which it moves.
+///
+/// Where a joint rests its speed behind a filter rings about nothing: that is no motion.
 pub(crate) fn between_reversals(velocity: &[f64]) -> f64 {
-    let reversals = velocity.windows(2).filter(|w| w[0] * w[1] < 0.0).count();
-    velocity.len() as f64 / (reversals + 1) as f64
+    /// Parts of the root mean square speed at which a joint begins to move, and at which it rests again.
+    const BEGINS: f64 = 0.1;
+    const RESTS: f64 = 0.03;
+    let n = velocity.len();
+    let usual = (velocity.iter().map(|v| v * v).sum::<f64>() / n.max(1) as f64).sqrt();
+    let (mut moving, mut moves, mut direction) = (0usize, 0usize, 0.0);
+    for v in velocity {
+        if v * direction < RESTS * usual {
+            direction = 0.0;
+        }
+        if direction == 0.0 && v.abs() > BEGINS * usual {
+            (direction, moves) = (v.signum(), moves + 1);
+        }
+        moving += usize::from(direction != 0.0);
+    }
+    if moves == 0 { n as f64 } else { moving as f64 / moves as f64 }
 }
 
 #[cfg(test)]

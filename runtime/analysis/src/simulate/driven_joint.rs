@@ -161,7 +161,7 @@ impl DrivenJoint {
                         "an actuator delay of {} s cannot be simulated",
                         value("delay")
                     ))
-                    .help("delays are not negative and not longer than the run"));
+                    .help("it is no longer than the run, and not negative: logs of simulations report torques when they act"));
                 }
                 self.delay = (steps.floor() as usize, steps.fract());
             }

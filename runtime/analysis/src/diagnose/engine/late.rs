@@ -1,10 +1,42 @@
 //! Torques that are reported later than the motion: behind a filter of their sensor, or by another clock.
 //!
-//! No drive does that, whose delay has the torque come after its command. A torque that is L late is, to first order, τ − L τ̇, so that what is left goes with
+//! That is a delay of less than nothing: a drive's has the torque come after its command. A torque that is L late is, to first order, τ − L τ̇, so that what is left goes with
 //! the rate of the torque, against its sign.
 use super::amended::Amended;
+use crate::diagnose::Diagnosis;
 use crate::experiments::{Channel, Experiment};
+use crate::number::counting;
+use bipedc_effects::effect::{Effect, Law};
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+const WHY: &str = "behind a filter of its sensor, or by another clock";
+
+/// Of what is left of a torque that is reported late, s.
+pub(super) fn later(late: f64) -> String {
+    let late = counting(1e3 * late, 2);
+    format!(" Most of it is what a torque leaves that is reported {late} ms later than the motion: {WHY}.")
+}
+
+/// What delays of less than nothing are, if there are any.
+pub(super) fn reported_late(d: &Diagnosis) -> String {
+    let is_early = |effect: &&Effect| effect.kind.law == Law::Delay && effect.value("delay") < 0.0;
+    let early: Vec<&Effect> = d.effects.iter().map(|found| &found.effect).filter(is_early).collect();
+    let mut out = String::new();
+    if !early.is_empty() {
+        let places: Vec<String> = early.iter().map(|effect| effect.location.to_string()).collect();
+        let lags = || early.iter().map(|effect| -1e3 * effect.value("delay"));
+        let (least, most) = (lags().fold(f64::INFINITY, f64::min), lags().fold(0.0, f64::max));
+        let (least, most) = (counting(least, 2), counting(most, 2));
+        let lags = if least == most { most } else { format!("{least} to {most}") };
+        let _ = writeln!(
+            out,
+            "A negative delay: the torque of {} is reported {lags} ms later than it acts, {WHY}.",
+            places.join(", ")
+        );
+    }
+    out
+}
 
 /// Part of what is left of a row's squares beyond its noise that lateness must make, and of all that is left.
 const TELLS: f64 = 0.5;

@@ -1,4 +1,5 @@
 //! A diagnosis as sentences.
+use super::late::{later, reported_late};
 use super::run::AS_MANY;
 use crate::diagnose::result::LEFT;
 use crate::diagnose::{Diagnosis, ErrorFall, FoundEffect, Seen, Unexplained};
@@ -69,6 +70,7 @@ pub fn summary(d: &Diagnosis) -> String {
     for found in &d.effects {
         let _ = writeln!(out, "{}", sentence(found));
     }
+    out.push_str(&reported_late(d));
     out.push_str(&opposed(d));
     if !d.inertial_corrections.is_empty() {
         let links: Vec<&str> =
@@ -149,7 +151,7 @@ fn seen(part: &Unexplained) -> String {
             format!("varies slowly, which noise hardly does; it goes with {}", part.signals.join(", "))
         }
         Seen::Slowness => {
-            "varies slowly, which noise hardly does; what it goes with was not found, and a sensor that drifts would look the same"
+            "varies slowly, which noise hardly does; what it goes with was not found; a sensor that drifts, or noise as slow as the motion, would look the same"
                 .to_owned()
         }
         Seen::Size => "is more than noise; these are too few rows to see what it goes with".to_owned(),
@@ -158,14 +160,6 @@ fn seen(part: &Unexplained) -> String {
                 .to_owned()
         }
     }
-}
-
-/// Of a torque that is reported late.
-fn later(late: f64) -> String {
-    format!(
-        " Most of it is what a torque leaves that is reported {} ms later than the motion: behind a filter of its sensor, or by another clock.",
-        counting(1e3 * late, 2)
-    )
 }
 
 /// So many times the noise: it was a simulator that had none.

@@ -32,7 +32,7 @@ impl MotionExperiment<'_> {
         residual
     }
 
-    /// Measured minus predicted torque of a joint, zero where a stop carries the rest and where a delayed torque acts after the end; `rigid` is what the rigid model needs, `links` the states of all links.
+    /// Measured minus predicted torque of a joint, zero where a stop carries the rest, and where a delayed torque acts after the end or was needed before the begin; `rigid` is what the rigid model needs, `links` the states of all links.
     pub(super) fn effort_residual(
         &self,
         joint: usize,
@@ -69,15 +69,21 @@ impl MotionExperiment<'_> {
         let mut residual: Vec<f64> = measured.iter().zip(&torque).map(|(u, t)| u - t).collect();
         let at_stop = residual.iter_mut().zip(&self.at_stop[joint]).filter(|(_, at_stop)| **at_stop);
         at_stop.for_each(|(left, _)| *left = 0.0);
-        self.after_the_end(late).for_each(|samples| residual[samples].fill(0.0));
+        self.beyond(late).for_each(|samples| residual[samples].fill(0.0));
         residual
     }
 
-    /// Samples so many steps before the ends of stretches, whose torques would act when nothing is known any more.
-    fn after_the_end(&self, steps: f64) -> impl Iterator<Item = Range<usize>> {
-        let unknown = if steps > 0.0 { steps.ceil() as usize + 1 } else { 0 };
+    /// Samples so many steps before the ends of stretches, or behind their begins, whose torques act when nothing is known.
+    fn beyond(&self, steps: f64) -> impl Iterator<Item = Range<usize>> {
+        let unknown = if steps == 0.0 { 0 } else { steps.abs().ceil() as usize + 1 };
         let stretches = self.recording.segments.iter();
-        stretches.map(move |stretch| stretch.end.saturating_sub(unknown).max(stretch.start)..stretch.end)
+        stretches.map(move |stretch| {
+            if steps < 0.0 {
+                stretch.start..(stretch.start + unknown).min(stretch.end)
+            } else {
+                stretch.end.saturating_sub(unknown).max(stretch.start)..stretch.end
+            }
+        })
     }
 
     /// What the transmission carries to a link: what the rigid model needs, and effects on the link's side.

@@ -259,7 +259,7 @@ pub static TORQUE_RIPPLE: Kind = Kind {
     experiment: "Turn slowly at constant speed over the whole range.",
 };
 
-/// Torque comes later than reported.
+/// Torque comes later than reported, or is reported later than it comes.
 pub static ACTUATOR_DELAY: Kind = Kind {
     name: "actuator_delay",
     title: "Delay of the torque",
@@ -267,16 +267,16 @@ pub static ACTUATOR_DELAY: Kind = Kind {
     parameters: &[estimated(
         "delay",
         "s",
-        (0.0, 0.2),
-        (0.0, 0.05),
-        "time from the reported to the true torque",
+        (-0.05, 0.2),
+        (-0.02, 0.05),
+        "time from the reported to the true torque; negative: it is reported later than it acts",
     )],
     law: Law::Delay,
     simulation: Simulation::Law,
     search: Search {
         sought: MOTION,
         nonlinear: Some("delay"),
-        starts: Starts::At(&[0.001, 0.004, 0.015, 0.06]),
+        starts: Starts::At(&[0.001, 0.004, 0.015, 0.06, -0.0005, -0.002, -0.008]),
         columns: Columns::Combined {
             probes: |delay| vec![slope("delay", delay)],
             parameters: |_, c| c.iter().map(|c| ("delay", *c)).collect(),
@@ -290,7 +290,7 @@ pub static ACTUATOR_DELAY: Kind = Kind {
     },
     relations: Relations::NONE,
     identified: None,
-    meaning: "The torque acts later than the log says: communication, drive filter, unsynchronised clocks.",
+    meaning: "The torque acts later than the log says (communication, a slow drive), or earlier (a filter of its sensor, unsynchronised clocks).",
     symptom: "is the rate of change of the torque times a constant",
     confounders: &[
         confounder("viscous_friction", "Excite at two frequencies a decade apart."),

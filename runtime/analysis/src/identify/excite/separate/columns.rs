@@ -102,12 +102,12 @@ impl<'r, 'm> Bench<'r, 'm> {
         Self { machine, pair, duration }
     }
 
-    /// Samples on both sides that a sample's torques depend on: a delay looks ahead.
+    /// Samples on both sides that a sample's torques depend on: a delay looks ahead or back.
     pub fn reach(&self, count: usize) -> usize {
         let effects = self.pair.effects.iter().map(|effect| &effect.usual).chain(self.pair.present);
         let delays = effects.filter(|effect| effect.kind.law == Law::Delay);
         let step = self.duration / (count.max(2) - 1) as f64;
-        delays.map(|effect| (effect.value("delay") / step).floor() as usize + 2).max().unwrap_or(0)
+        delays.map(|effect| (effect.value("delay").abs() / step).floor() as usize + 2).max().unwrap_or(0)
     }
 
     /// # Errors
