@@ -9,7 +9,7 @@ use super::{Channel, Experiment};
 use bipedc_effects::effect::{Effect, Law, Simulation, kinds};
 
 /// So many widths away from rest the smoothed sign is within 4 % of one.
-const WIDTHS: f64 = 2.0;
+pub(crate) const WIDTHS: f64 = 2.0;
 /// Least part of the samples that must be left.
 const LEFT: f64 = 0.4;
 /// How far around a reversal samples are left out, in halves of a period of the filter's cut-off: as far as enough others are left. What the filter

@@ -10,6 +10,7 @@ use super::refinement::{Refined, refine};
 use super::regression::{Regression, is_held_out};
 use super::rival::{indistinguishable, is_likelier};
 use super::search::{Outcome, search};
+use super::sharp_friction::{is_a_sharp_sign, put_dry, sharpened};
 use super::significance::{Insignificant, insignificant, is_vague, says_no_more};
 use super::text;
 use super::weak_friction::beside_friction;
@@ -156,6 +157,7 @@ fn concluded(
     loop {
         let refined = estimated(regression, outcome, teaches, (most, entered));
         let refined = beside_friction(regression, outcome, refined, (teaches, &declined));
+        let refined = sharpened(regression, refined);
         let settled = settle(data(regression, teaches), refined, &regression.spread, regression.free);
         let conclusion = Conclusion { regression, outcome, settled: &settled };
         let diagnosis = conclusion.write(regression.train, validation);
@@ -196,6 +198,11 @@ fn estimated(
         let effects = estimates(regression, outcome);
         let refined = refine(data(regression, teaches), effects, &[], spread(regression, outcome.corrected));
         let Some(Insignificant { effect, impossible }) = insignificant(regression, outcome, &refined) else {
+            let mut judged = regression.standing.len()..outcome.active.len();
+            let sharp = judged.find(|&k| is_a_sharp_sign(regression, &refined, k));
+            if sharp.is_some_and(|k| put_dry(regression, outcome, k)) {
+                continue;
+            }
             let judged = regression.standing.len()..outcome.active.len();
             let no_more = |k: usize| says_no_more(&refined, k);
             let vague: Vec<usize> = judged.filter(|&k| is_vague(&refined, k) || no_more(k)).collect();
