@@ -11,6 +11,10 @@ const FINEST: f64 = 600.0;
 const WIDEST: f64 = 64.0;
 /// How many seeds are given.
 const SEEDS: usize = 3;
+/// Lines of so many periods over the range are looked at together with what else may be there, so far apart: of them angle and constant take a part. With
+/// fewer periods a line is a spring that stiffens.
+const SLOW: [f64; 2] = [1.1, 4.0];
+const APART: f64 = 0.1;
 
 /// Periods per turn of the strongest lines, the strongest first.
 ///
@@ -25,7 +29,9 @@ pub(super) fn seeds(residual: &[f64], position: &[f64], others: &[&[f64]]) -> Ve
     if range.is_nan() || range < 1e-3 {
         return Vec::new();
     }
-    let rest = Detrend::new(&picked, others).of(residual);
+    let detrend = Detrend::new(&picked, others);
+    let rest = detrend.of(residual);
+    let slow = slow_line(&detrend, &rest, position, TAU / range);
     // Lines closer than one period over the range are one line; slower ones are no ripple here.
     let step = TAU / range / 3.0;
     let first = 1.2 * TAU / range;
@@ -44,7 +50,29 @@ pub(super) fn seeds(residual: &[f64], position: &[f64], others: &[&[f64]]) -> Ve
         .filter(|&k| spectrum[k] >= spectrum[k - 1] && spectrum[k] > spectrum[k + 1])
         .collect();
     peaks.sort_by(|a, b| spectrum[*b].total_cmp(&spectrum[*a]));
-    peaks.into_iter().take(SEEDS).map(|k| sharpened(first + k as f64 * step, step, &power)).collect()
+    let quick = peaks.into_iter().take(SEEDS).map(|k| sharpened(first + k as f64 * step, step, &power));
+    quick.chain(slow).collect()
+}
+
+/// The line of few periods that removes most of what is left beside all else, if there is a maximum; `turn`: periods per turn of one period over the range.
+fn slow_line(detrend: &Detrend, rest: &[f64], position: &[f64], turn: f64) -> Option<f64> {
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let removed = |n: f64| {
+        let column =
+            |of: fn(f64) -> f64| detrend.of(&position.iter().map(|q| of(n * q)).collect::<Vec<f64>>());
+        let (sine, cosine) = (column(f64::sin), column(f64::cos));
+        let (ss, sc, cc) = (dot(&sine, &sine), dot(&sine, &cosine), dot(&cosine, &cosine));
+        let (rs, rc) = (dot(rest, &sine), dot(rest, &cosine));
+        (rs * rs * cc - 2.0 * rs * rc * sc + rc * rc * ss) / (ss * cc - sc * sc).max(f64::MIN_POSITIVE)
+    };
+    // From below on, so that the first one can be a maximum.
+    let from = SLOW[0] - 3.0 * APART;
+    let count = ((SLOW[1] - from) / APART).round() as usize;
+    let periods = |k: usize| from + APART * k as f64;
+    let falls: Vec<f64> = (0..=count).map(|k| removed(turn * periods(k))).collect();
+    let best = (0..=count).max_by(|a, b| falls[*a].total_cmp(&falls[*b]))?;
+    let found = (0 < best && best < count).then(|| sharpened(turn * periods(best), turn * APART, &removed));
+    found.filter(|n| *n >= SLOW[0] * turn)
 }
 
 /// Power of `count` lines, from one on and so far apart. Angles are turned on from line to line: no sines are taken.
@@ -102,6 +130,23 @@ mod tests {
             q[777] = wild;
             let found = seeds(&residual, &q, &[]);
             assert!((found[0] - 28.0).abs() < 0.3, "{found:?}");
+        }
+    }
+
+    /// The angle itself takes a part of them.
+    #[test]
+    fn lines_of_few_periods_are_found() {
+        let time: Vec<f64> = (0..4000).map(|i| f64::from(i) * 0.004).collect();
+        let q: Vec<f64> = time.iter().map(|t| 0.5 * (1.3 * t).sin() + 0.2 * (3.7 * t).cos()).collect();
+        let constant = vec![1.0; q.len()];
+        for periods in [1.25, 1.6, 2.0] {
+            let n = periods * std::f64::consts::TAU / 1.4;
+            for phase in [0.0, 0.9, 2.0] {
+                let residual: Vec<f64> = q.iter().map(|q| 0.1 * (n * q + phase).sin()).collect();
+                let found = seeds(&residual, &q, &[&constant, &q]);
+                let nearest = found.iter().map(|f| (f / n - 1.0).abs()).fold(f64::INFINITY, f64::min);
+                assert!(nearest < 0.03, "{periods} periods, {phase}: {found:?}, truly {n}");
+            }
         }
     }
 
