@@ -27,6 +27,9 @@ const HEARINGS: usize = 2;
 /// Most effects that are taken out again once everything was estimated.
 const RECONSIDERED: usize = 6;
 
+/// Corrections whose squares, each in its standard deviations, add up to less are what descriptions usually are off: two standard deviations of one number.
+const USUAL_ERRORS: f64 = 4.0;
+
 /// How the warning begins that there may be more effects.
 pub(super) const AS_MANY: &str = "as many effects were found as are looked for";
 
@@ -82,7 +85,8 @@ pub fn diagnose(
     if let Some(mut rival) = rival.map(|rival| rival.stand(&mut regression)) {
         simplify(&regression, &mut rival);
         let mut other = concluded(&mut regression, &mut rival, &teaches, how);
-        if is_likelier(&regression, validation, &other, &diagnosis) {
+        let usual = outcome.corrected && outcome.scored.fit.prior < USUAL_ERRORS;
+        if !usual && is_likelier(&regression, validation, &other, &diagnosis) {
             std::mem::swap(&mut diagnosis, &mut other);
         }
         diagnosis.indistinguishable.extend(indistinguishable(&regression, validation, &diagnosis, &other));

@@ -6,9 +6,11 @@ use super::entry::{
     ANOTHER, INSEPARABLE, LEAST, consider, is_settling, is_trace, largest_fall, play, steady,
 };
 use super::exchange::{best_set, exchange, pair};
+use super::fit::Term;
 use super::friction_first::with_friction_first;
 use super::regression::{Regression, ScoredFit};
 use super::rival::Rival;
+use crate::experiments::form::Form;
 use crate::parallel::parallel;
 use bipedc_effects::effect::Law;
 use std::collections::BTreeMap;
@@ -22,6 +24,9 @@ const NEARLY: f64 = 0.8;
 
 /// Costs of effects on links that differ by no more than that are about the same.
 const ABOUT_AS_MUCH: f64 = 8.0;
+
+/// A candidate's form and terms, as they were.
+type Remembered = (Form, Vec<Term>);
 
 /// What the search found.
 pub(super) struct Outcome {
@@ -50,6 +55,7 @@ pub(super) fn search(
     }
     let forms: Vec<_> = plain.active.iter().map(|&c| (c, regression.remembered(c))).collect();
     let corrected = run_steady(regression, most, entered)?;
+    let corrected = beside_corrections(regression, (&plain, &forms), corrected);
     if is_corrected_likelier(regression, &plain, &corrected) {
         let found = plain.active.len() > regression.standing.len();
         let rival = found.then(|| Rival::of(plain, forms));
@@ -62,6 +68,32 @@ pub(super) fn search(
     // The nonlinear candidates as they were when the simpler answer was found.
     forms.into_iter().for_each(|(c, form)| regression.recall(c, form));
     Some(Outcome { rival, ..plain })
+}
+
+/// A search's answer with corrections, or these beside all that a search without them found at joints, whichever costs less: corrections of masses take up a rotor's
+/// inertia that stands beside an error of the same masses, until of both nothing is seen but corrections far larger than descriptions are off.
+fn beside_corrections(
+    regression: &mut Regression<'_>,
+    (plain, forms): (&Outcome, &[(usize, Remembered)]),
+    corrected: Outcome,
+) -> Outcome {
+    let judged = &plain.active[regression.standing.len()..];
+    let of_joints: Vec<usize> = judged.iter().copied().filter(|&c| !regression.is_of_link(c)).collect();
+    if of_joints.is_empty() || of_joints.len() == judged.len() {
+        return corrected;
+    }
+    let own: Vec<_> = corrected.active.iter().map(|&c| (c, regression.remembered(c))).collect();
+    let as_found = forms.iter().filter(|(c, _)| of_joints.contains(c)).cloned();
+    as_found.for_each(|(c, form)| regression.recall(c, form));
+    let active = [regression.standing.as_slice(), &of_joints].concat();
+    let scored = regression.scored_fit(&active, true).filter(|scored| {
+        scored.cost < corrected.scored.cost && regression.impossible(&active, scored).is_none()
+    });
+    let Some(scored) = scored else {
+        own.into_iter().for_each(|(c, form)| regression.recall(c, form));
+        return corrected;
+    };
+    Outcome { active, scored, ..corrected }
 }
 
 /// A run with inertial corrections, without effects whose size hangs on these corrections.
