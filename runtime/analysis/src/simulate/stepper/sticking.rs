@@ -4,6 +4,8 @@
 //! matrix become those of the unit matrix, and no other coordinate feels it. What friction had to give follows from its row of
 //! `D (v⁺ − v) = p + W Λ`. If that is more than it may, the step is solved again with rows for all; in the next step the joint keeps
 //! its own for as long as friction is at its limit. Of a robot that stands by its dry joints the base alone is left.
+//!
+//! What feet and joints could share (see `sharing`) is left to the joints altogether; with rows all but some thousandths of it is.
 use super::{RowSource, Stepper};
 use crate::simulate::dense::{self, row_length};
 use crate::simulate::servo::DriveServo;
