@@ -66,6 +66,9 @@ impl Block {
     }
 }
 
+/// How far from its limit friction is at it, as a part of it.
+const AT_LIMIT: f64 = 1e-6;
+
 /// Find λ so that `ξ = G λ + c` and every block's law hold. Kept between steps: nothing is allocated once it is large
 /// enough.
 #[derive(Debug, Clone, Default)]
@@ -79,6 +82,11 @@ pub struct Problem {
     pub blocks: Vec<Block>,
     /// λ: a guess before, the answer after; N s.
     pub impulse: Vec<f64>,
+    /// By how much the guess changed from step to step: where it may have come to. Zero: not known.
+    pub(super) trend: Vec<f64>,
+    /// By block: whether the guess is friction at its limit. It may well stay there, which the guess alone would not tell: what slides on
+    /// the springs of `sharing` alone is beyond the limit by next to nothing.
+    pub(super) at_limit: Vec<bool>,
     /// ξ of `impulse`, m/s.
     pub velocity: Vec<f64>,
     /// Step of the proximal point by row (r of 4.7), kg.
@@ -98,7 +106,8 @@ impl Problem {
     /// Takes everything out and makes place for this many rows; λ and c are zero, G is to be written.
     pub fn clear(&mut self, rows: usize) {
         self.blocks.clear();
-        for values in [&mut self.free, &mut self.impulse] {
+        self.at_limit.clear();
+        for values in [&mut self.free, &mut self.impulse, &mut self.trend] {
             values.clear();
             values.resize(rows, 0.0);
         }
@@ -112,6 +121,7 @@ impl Problem {
     pub fn reserve(&mut self, rows: usize) {
         self.clear(rows);
         self.blocks.reserve(rows);
+        self.at_limit.reserve(rows);
         self.clear(0);
     }
 
@@ -172,6 +182,28 @@ impl Problem {
             return 0.0;
         }
         rows.map(|row| (self.weight[row] * self.free[row]).powi(2)).sum()
+    }
+
+    /// Finds out which blocks' friction is at its limit in the guess.
+    pub(super) fn find_limits(&mut self) {
+        self.at_limit.clear();
+        for block in &self.blocks {
+            let (load, tangential, friction) = match block.law {
+                Law::Contact { friction, tangents: 2, cone: Cone::Round } => {
+                    (self.impulse[block.first], block.first + 1, friction)
+                }
+                Law::Sole { friction, normals, cone: Cone::Round, .. } => {
+                    (self.load(block.first, normals), block.first, friction)
+                }
+                _ => {
+                    self.at_limit.push(false);
+                    continue;
+                }
+            };
+            let own = &self.impulse[tangential..tangential + 2];
+            let (force, most) = ((own[0] * own[0] + own[1] * own[1]).sqrt(), friction * load.max(0.0));
+            self.at_limit.push(most > 0.0 && (force - most).abs() <= AT_LIMIT * most);
+        }
     }
 
     /// Two tangential rows have one weight.

@@ -46,6 +46,9 @@ const NEWTON_STEPS: usize = 12;
 /// What a further step with the same matrix leaves of the residual, where such steps are taken.
 pub(super) const STEADY: f64 = 0.1;
 
+/// Whole ones that are tried first.
+const WHOLE_STEPS: usize = 3;
+
 /// Largest number of those that are taken whatever they bring.
 const STRIDES: usize = 16;
 
@@ -110,7 +113,12 @@ impl Solver {
         nearness: f64,
         solved: &mut Solved,
     ) {
+        problem.at_limit.clear();
         solved.residual = residual(problem);
+        if solved.residual > tolerance.relative {
+            problem.find_limits();
+            solved.residual = follow(problem, solved.residual);
+        }
         let mut round = FIRST_SWEEPS;
         let mut turn = 0;
         while solved.residual > tolerance.relative || solved.residual.is_nan() {
@@ -120,8 +128,13 @@ impl Solver {
             for _ in 0..round {
                 sweep(problem);
             }
-            solved.sweeps += round;
-            solved.residual = residual(problem);
+            if round > 0 {
+                solved.sweeps += round;
+                solved.residual = residual(problem);
+            }
+            if turn == 0 {
+                self.hurry(problem, tolerance, nearness, solved);
+            }
             let nearness =
                 if turn % NEARNESS.len() == 0 { nearness } else { NEARNESS[turn % NEARNESS.len()] };
             self.finish(problem, tolerance, nearness, solved);
@@ -163,6 +176,35 @@ impl Solver {
             problem.impulse.copy_from_slice(&self.start);
             solved.residual = before;
         }
+    }
+
+    /// Whole Newton steps, whatever becomes of the residual in between; back if they do not arrive. Where contacts change between sticking,
+    /// slipping and letting go the first one may miss more than was missed before, and the next one hits: shorter steps would be many.
+    fn hurry(&mut self, problem: &mut Problem, tolerance: &Tolerance, nearness: f64, solved: &mut Solved) {
+        let before = solved.residual;
+        self.start.clear();
+        self.start.extend_from_slice(&problem.impulse);
+        for _ in 0..WHOLE_STEPS {
+            let present = solved.residual;
+            solved.newton += 1;
+            let leapt = self.newton.leap(problem, nearness);
+            problem.at_limit.clear();
+            let Some(found) = leapt else { break };
+            solved.residual = found;
+            if found > tolerance.relative && found < STEADY * present {
+                solved.residual = self.newton.refine(problem, STEADY * found).unwrap_or(found);
+            }
+            if solved.residual <= tolerance.relative {
+                return;
+            }
+            if !found.is_finite() {
+                break;
+            }
+        }
+        problem.impulse.copy_from_slice(&self.start);
+        self.newton.begin();
+        solved.residual = before;
+        residual(problem);
     }
 
     /// Whole Newton steps, each as long as the impulses are large, whatever becomes of the residual in between; back if they do
@@ -239,6 +281,24 @@ fn sweep_by(problem: &mut Problem, part: f64) {
     }
 }
 
+/// Lets the guess go on as it went, if less is missed there; what is missed then. Newton's method squares what it begins with: where
+/// contacts slide this is an elimination less.
+fn follow(problem: &mut Problem, present: f64) -> f64 {
+    // Where nothing slides the equations are linear, and one step hits from anywhere.
+    if !problem.at_limit.contains(&true) || problem.trend.iter().all(|trend| *trend == 0.0) {
+        return present;
+    }
+    problem.impulse.iter_mut().zip(&problem.trend).for_each(|(impulse, trend)| *impulse += trend);
+    let found = residual(problem);
+    let better = found < present;
+    if !better {
+        problem.impulse.iter_mut().zip(&problem.trend).for_each(|(impulse, trend)| *impulse -= trend);
+    }
+    // Once is enough.
+    problem.trend.fill(0.0);
+    if better { found } else { residual(problem) }
+}
+
 /// Takes the nearest admissible impulses; their residual.
 fn admit(problem: &mut Problem) -> f64 {
     sweep_by(problem, 0.0);
@@ -248,6 +308,11 @@ fn admit(problem: &mut Problem) -> f64 {
 /// [`Solved::residual`]; computes `problem.velocity`.
 pub(super) fn residual(problem: &mut Problem) -> f64 {
     problem.move_by_impulses();
+    residual_at_hand(problem)
+}
+
+/// The same where `problem.velocity` is known.
+pub(super) fn residual_at_hand(problem: &mut Problem) -> f64 {
     // No early end: so they are compared side by side.
     if !problem.velocity.iter().fold(true, |all, velocity| all & velocity.is_finite()) {
         // Comparisons below would take NaN for an open contact.

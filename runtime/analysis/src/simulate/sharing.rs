@@ -7,7 +7,7 @@
 //! taken out again when they have chosen.
 use super::newton::{NEAR, NEARNESS};
 use super::problem::{Block, Law, Problem};
-use super::proximal::{STEADY, Solved, Solver, Tolerance, residual};
+use super::proximal::{STEADY, Solved, Solver, Tolerance, residual, residual_at_hand};
 use std::ops::Range;
 
 /// Softness of the springs, as a part of the least velocity per impulse of a contact's row.
@@ -63,9 +63,13 @@ impl Springs {
         true
     }
 
+    /// Takes them out of `problem.velocity` too.
     pub fn take_out_of(&self, problem: &mut Problem) {
         for (row, hard) in self.hard.iter().enumerate() {
-            *problem.diagonal_mut(row) = *hard;
+            let diagonal = problem.diagonal_mut(row);
+            let spring = *diagonal - hard;
+            *diagonal = *hard;
+            problem.velocity[row] -= spring * problem.impulse[row];
         }
     }
 
@@ -129,6 +133,7 @@ impl Solver {
             }
         }
         problem.impulse.copy_from_slice(&self.start);
+        residual(problem);
     }
 
     /// Whether the last Newton step changed nothing that is seen.
@@ -144,7 +149,8 @@ impl Solver {
         tolerance: &Tolerance,
         solved: &mut Solved,
     ) {
-        solved.residual = residual(problem);
+        // Sweeps that did not arrive leave velocities of other impulses.
+        solved.residual = if solved.converged { residual_at_hand(problem) } else { residual(problem) };
         if let Some(smaller) = self.newton.refine(problem, solved.residual) {
             solved.residual = smaller;
         }

@@ -4,6 +4,7 @@ mod energy_accounting;
 mod extended;
 mod free_motion;
 mod rows;
+mod sticking;
 mod within_limits;
 
 pub(super) use rows::CLOSED;
@@ -39,7 +40,8 @@ pub struct Stepped {
     pub solved: Solved,
     /// Contact points on the ground, or coming down onto it.
     pub contacts: usize,
-    /// Kinetic energy after the impulses minus that of the same step without them, J; servos within their limits push in both.
+    /// Kinetic energy after the impulses minus that of the same step without them, J; servos within their limits and friction of
+    /// joints that stick push in both.
     /// Never positive without restitution.
     pub work: f64,
     /// What Newton's law of impact made, J: `½ Λ · (γ⁻ + γ⁺)` on hard ground, as far as it is in `work` too. Never positive
@@ -101,6 +103,7 @@ pub struct Stepper<'a> {
     coupled: Vec<Coupled>,
     servos: Vec<DriveServo>,
     within: within_limits::WithinLimits,
+    sticking: sticking::Sticking,
     soles: Soles,
     terrain: Option<Terrain>,
     tolerance: Tolerance,
@@ -109,6 +112,8 @@ pub struct Stepper<'a> {
     sources: Vec<RowSource>,
     /// Impulses of the last step by source; where the next one starts.
     memory: Vec<f64>,
+    /// The same of the step before.
+    earlier: Vec<f64>,
     /// Heights of the points at the last midpoint, m.
     gaps: Vec<f64>,
     /// Points up to this height have rows, m.
@@ -136,13 +141,15 @@ pub struct Stepper<'a> {
     drive: Vec<f64>,
     /// `W` of the closed rows, one row per coordinate (of [`dense::row_length`]); then `L⁻ᵀ W`.
     directions: Vec<f64>,
-    /// Where it is not zero.
+    /// `W` of the closed rows, one after the other, each of [`dense::row_length`].
+    by_row: Vec<f64>,
+    /// Where `directions` are not zero.
     filled: Vec<Filled>,
     normal: Vec<f64>,
     tangential: Vec<f64>,
     /// γ⁻ of the closed rows.
     before: Vec<f64>,
-    /// Twice the mean of their velocities without and with impulses.
+    /// The same without what sticks; then twice the mean of their velocities without and with impulses.
     mean: Vec<f64>,
     /// What the impulses do to `drive`.
     pushes: Vec<f64>,
@@ -178,6 +185,7 @@ impl<'a> Stepper<'a> {
             coupled: Vec::new(),
             servos: Vec::new(),
             within: within_limits::WithinLimits::default(),
+            sticking: sticking::Sticking::default(),
             soles: Soles::default(),
             terrain: None,
             tolerance,
@@ -185,6 +193,7 @@ impl<'a> Stepper<'a> {
             problem: Problem::default(),
             sources: Vec::new(),
             memory: Vec::new(),
+            earlier: Vec::new(),
             gaps: vec![0.0; points],
             near: 0.0,
             directed: false,
@@ -200,6 +209,7 @@ impl<'a> Stepper<'a> {
             last: LastStep { by_contact: [vec![0.0; nv], vec![0.0; nv]], time: 0.0 },
             drive: Vec::new(),
             directions: Vec::new(),
+            by_row: Vec::new(),
             normal: vec![0.0; nv * points],
             tangential: vec![0.0; nv * points * tangents],
             before: Vec::new(),
@@ -279,10 +289,10 @@ impl<'a> Stepper<'a> {
         self.speed[..nv].copy_from_slice(&motion.v);
         self.speed[nv..].copy_from_slice(&self.motors.rate);
         self.free_motion(motion, force, time, goes_on)?;
-        self.put_servos_in(motion, time);
+        self.put_in(motion, time);
         let mut stepped = Stepped { solved: self.push_back(motion, time), ..Stepped::default() };
-        if !self.servos_are_within(self.problem.rows(), time) {
-            self.take_servos_out();
+        if !self.is_within(self.problem.rows(), time) {
+            self.take_out();
             stepped.solved = self.push_back(motion, time);
         }
         let rows = self.problem.rows();
@@ -331,6 +341,7 @@ impl<'a> Stepper<'a> {
     /// Adds the impulses' `pushes` to `drive` (in the coordinates `L⁻ᵀ`), remembers them, and gives the work of those of
     /// ground, stops and friction.
     fn apply(&mut self, rows: usize) -> f64 {
+        std::mem::swap(&mut self.memory, &mut self.earlier);
         self.memory.fill(0.0);
         let (mut work, mut row) = (0.0, 0);
         for index in 0..self.sources.len() {
@@ -347,13 +358,13 @@ impl<'a> Stepper<'a> {
             row += size;
         }
         self.remember_servos();
+        self.remember_sticking();
         self.share();
         if rows == 0 {
             return work;
         }
         // Twice the mean of the velocities without and with all impulses: what each impulse works against.
-        self.mean.clear();
-        self.mean.extend(self.before.iter().map(|gamma| 2.0 * gamma));
+        self.mean.iter_mut().for_each(|gamma| *gamma *= 2.0);
         for (drive, push) in self.drive.iter_mut().zip(&mut self.pushes) {
             let both = 2.0 * *drive + *push;
             *drive += *push;

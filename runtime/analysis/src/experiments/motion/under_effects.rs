@@ -173,11 +173,24 @@ impl MotionExperiment<'_> {
     }
 }
 
+/// Samples that are summed side by side: each sum waits for its own last term.
+const SIDE_BY_SIDE: usize = 8;
+
 fn add_inertial(inertial: &Inertial, change: &[f64], rigid: &mut [f64]) {
-    let width = inertial.columns.len();
-    for (torque, row) in rigid.iter_mut().zip(inertial.values.chunks_exact(width.max(1))) {
-        *torque += inertial.columns.iter().zip(row).map(|(column, y)| y * change[*column]).sum::<f64>();
-    }
+    let width = inertial.columns.len().max(1);
+    // Effects change a link or two.
+    let changes = inertial.columns.iter().map(|column| change[*column]).enumerate();
+    let changed: Vec<(usize, f64)> = changes.filter(|(_, change)| *change != 0.0).collect();
+    let add = |torques: &mut [f64], rows: &[f64]| {
+        let mut sums = [0.0; SIDE_BY_SIDE];
+        for (at, change) in &changed {
+            let column = rows[*at..].iter().step_by(width);
+            sums.iter_mut().zip(column).for_each(|(sum, y)| *sum += y * change);
+        }
+        torques.iter_mut().zip(sums).for_each(|(torque, sum)| *torque += sum);
+    };
+    let rows = inertial.values.chunks(SIDE_BY_SIDE * width);
+    rigid.chunks_mut(SIDE_BY_SIDE).zip(rows).for_each(|(torques, rows)| add(torques, rows));
 }
 
 /// Turns the base: true orientation = R_y(pitch) R_x(roll) times the logged one.

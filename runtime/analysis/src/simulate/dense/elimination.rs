@@ -25,6 +25,7 @@ fn eliminate_panel(a: &mut [Chunk], n: usize, k: usize, order: &mut Vec<usize>) 
         order.push(pivot);
         let own = a[at * length + k];
         let reciprocal = own[side].recip();
+        a[at * length + k][side] = reciprocal;
         // What stands left of the pivot are factors.
         let own: Chunk = std::array::from_fn(|i| if i > side { own[i] } else { 0.0 });
         for target in a[(at + 1) * length..].chunks_exact_mut(length) {
@@ -37,7 +38,8 @@ fn eliminate_panel(a: &mut [Chunk], n: usize, k: usize, order: &mut Vec<usize>) 
 }
 
 wide! {
-    /// Factors `a` (`n` rows and columns) in place by elimination with row exchanges, which `order` takes down.
+    /// Factors `a` (`n` rows and columns) in place by elimination with row exchanges, which `order` takes down; pivots become their
+    /// reciprocals, for which solutions would wait.
     /// `false`: singular to working precision.
     fn eliminate(a: &mut [f64], n: usize, order: &mut Vec<usize>) -> bool {
         order.clear();
@@ -98,7 +100,7 @@ wide! {
                 for j in at + 1..SIDE {
                     x[at] -= own[at][j] * x[j];
                 }
-                x[at] /= own[at][at];
+                x[at] *= own[at][at];
             }
             put_block(b, i, x);
         }

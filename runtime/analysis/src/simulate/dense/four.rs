@@ -15,6 +15,8 @@ pub(in crate::simulate) trait Four: Copy {
     fn plus_each(self, x: Self, y: Self) -> Self;
     /// Of each of four the sum `(a + b) + (c + d)`.
     fn sums(four: [Self; 4]) -> Chunk;
+    /// Rows as columns.
+    fn turned(four: [Self; 4]) -> [Self; 4];
 }
 
 impl Four for Chunk {
@@ -46,6 +48,10 @@ impl Four for Chunk {
     fn sums(four: [Self; 4]) -> Chunk {
         four.map(|[a, b, c, d]| (a + b) + (c + d))
     }
+    #[inline(always)]
+    fn turned(four: [Self; 4]) -> [Self; 4] {
+        std::array::from_fn(|i| four.map(|row| row[i]))
+    }
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -56,7 +62,7 @@ mod register {
     use super::{Chunk, Four};
     use std::arch::x86_64::{
         __m256d, _mm256_add_pd, _mm256_hadd_pd, _mm256_loadu_pd, _mm256_mul_pd, _mm256_permute2f128_pd,
-        _mm256_set1_pd, _mm256_storeu_pd, _mm256_sub_pd,
+        _mm256_set1_pd, _mm256_storeu_pd, _mm256_sub_pd, _mm256_unpackhi_pd, _mm256_unpacklo_pd,
     };
 
     /// A register of 256 bits, for what is compiled for processors that have it: nothing else may name this type.
@@ -100,6 +106,19 @@ mod register {
                 _mm256_storeu_pd(sums.as_mut_ptr(), _mm256_add_pd(lower, upper));
             }
             sums
+        }
+        #[inline(always)]
+        fn turned([i, j, k, l]: [Self; 4]) -> [Self; 4] {
+            unsafe {
+                let (ij, kl) = (_mm256_unpacklo_pd(i.0, j.0), _mm256_unpacklo_pd(k.0, l.0));
+                let (up_ij, up_kl) = (_mm256_unpackhi_pd(i.0, j.0), _mm256_unpackhi_pd(k.0, l.0));
+                [
+                    Self(_mm256_permute2f128_pd::<0x20>(ij, kl)),
+                    Self(_mm256_permute2f128_pd::<0x20>(up_ij, up_kl)),
+                    Self(_mm256_permute2f128_pd::<0x31>(ij, kl)),
+                    Self(_mm256_permute2f128_pd::<0x31>(up_ij, up_kl)),
+                ]
+            }
         }
     }
 }

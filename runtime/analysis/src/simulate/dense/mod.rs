@@ -9,7 +9,7 @@ mod tiles;
 
 pub(super) use elimination::{eliminate, substitute};
 pub(super) use positive::{Filled, backward, factor, forward, forward_one, gram, survey};
-pub(super) use products::{add_rows, dot, dots};
+pub(super) use products::{add_rows, dot, dots, transpose};
 pub(super) use tiles::row_length;
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Positive definite matrices: factors `Lᵀ L`, what they solve, and products `Yᵀ Y`.
 use super::tiles::{
-    Chunk, SIDE, block, chunks, factor_tile, is_zero, less_rows, put, put_block, rows, solve_tile,
-    take_product, tile, whole, whole_mut, wide,
+    SIDE, block, chunks, factor_tile, is_zero, less_rows, put, put_block, rows, solve_tile, take_product,
+    tile, whole, whole_mut, wide,
 };
 
 /// Which chunks of columns of a block of rows are not zero: a bit each, the last for all that have none of their own.
@@ -151,8 +151,7 @@ wide! {
                 }
                 put(g, length, i, j, &sum);
                 if i != j {
-                    let sum = tile(g, length, i, j);
-                    put::<Chunk>(g, length, j, i, &std::array::from_fn(|k| std::array::from_fn(|l| sum[l][k])));
+                    put(g, length, j, i, &F::turned(sum));
                 }
             }
         }

@@ -1,6 +1,6 @@
 //! Sums of rows and of products.
 use super::four::Four;
-use super::tiles::{Chunk, SIDE, chunks, row_length, whole, wide};
+use super::tiles::{Chunk, SIDE, chunks, put, row_length, rows, whole, whole_mut, wide};
 
 wide! {
     /// `out + xᵀ A` in place: every row of `A` by its factor. `A` has as many columns as `out`.
@@ -53,6 +53,19 @@ wide! {
     fn dots(a: &[f64], x: &[f64], out: &mut [f64]) {
         for (row, out) in a.chunks_exact(row_length(x.len()).max(1)).zip(out) {
             *out = dot(&row[..x.len()], x);
+        }
+    }
+}
+
+wide! {
+    /// `Aᵀ` into `out`: `A` has so many rows and columns.
+    fn transpose(a: &[f64], size: [usize; 2], out: &mut [f64]) {
+        let [down, along] = size.map(chunks);
+        let (a, out) = (&whole(a)[..size[0] * along], &mut whole_mut(out)[..size[1] * down]);
+        for i in 0..down {
+            for j in 0..along {
+                put(out, down, j, i, &F::turned(rows::<F>(a, along, i, j)));
+            }
         }
     }
 }

@@ -77,14 +77,15 @@ impl Newton {
         self.arrangement.given.clear();
         self.right.clear();
         self.right.resize(problem.rows(), 0.0);
-        for block in &problem.blocks {
+        for (index, block) in problem.blocks.iter().enumerate() {
             if self.active[block.first] {
-                self.arrange_block(problem, block);
+                self.arrange_block(problem, block, problem.at_limit.get(index) == Some(&true));
             }
         }
     }
 
-    fn arrange_block(&mut self, problem: &Problem, block: &Block) {
+    /// `slides`: friction at its limit stays there, whatever its velocity.
+    fn arrange_block(&mut self, problem: &Problem, block: &Block, slides: bool) {
         let first = block.first;
         match block.law {
             Law::Unilateral => self.still(problem, first),
@@ -101,14 +102,14 @@ impl Newton {
                 self.still(problem, first);
                 let load = Load { normals: first..first + 1, force: problem.impulse[first].max(0.0) };
                 if tangents == 2 && cone == Cone::Round {
-                    return self.round(problem, &load, first + 1, friction);
+                    return self.round(problem, &load, first + 1, friction, slides);
                 }
                 (first + 1..=first + tangents).for_each(|row| self.straight(problem, &load, row, friction));
             }
             Law::Sole { friction, turning, normals, cone } => {
                 let load = Load { normals: first - normals..first, force: problem.load(first, normals) };
                 match cone {
-                    Cone::Round => self.round(problem, &load, first, friction),
+                    Cone::Round => self.round(problem, &load, first, friction, slides),
                     Cone::Pyramid => {
                         (first..first + 2).for_each(|row| self.straight(problem, &load, row, friction));
                     }
@@ -144,11 +145,11 @@ impl Newton {
 
     /// Both tangential rows: stick, or slip with `λ_T = μ λ_N z/|z|`, whose derivative has the part along `z` (through λ_N) and
     /// the part across it.
-    fn round(&mut self, problem: &Problem, load: &Load, first: usize, friction: f64) {
+    fn round(&mut self, problem: &Problem, load: &Load, first: usize, friction: f64, slides: bool) {
         let target = [first, first + 1].map(|row| wanted(problem, row));
         let length = (target[0] * target[0] + target[1] * target[1]).sqrt();
         let most = friction * load.force;
-        if length <= most {
+        if length <= most && !(slides && length > 0.0) {
             self.still(problem, first);
             return self.still(problem, first + 1);
         }
@@ -158,6 +159,6 @@ impl Newton {
             let share = friction * along;
             self.arrangement.follows.push(Follow { row, normals: load.normals.clone(), share });
         }
-        self.arrangement.slides.push(Slide { first, along, ratio: most / length });
+        self.arrangement.slides.push(Slide { first, along, ratio: (most / length).min(1.0) });
     }
 }

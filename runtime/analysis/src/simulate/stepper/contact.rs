@@ -20,6 +20,9 @@ const LOOSE: f64 = 1e-8;
 /// What it becomes, one after the other, where impulses are not found.
 const LOOSER: [f64; 2] = [1e-2, 1e-1];
 
+/// A change of impulses from step to step that may go on, as a part of them.
+const STEADY: f64 = 0.25;
+
 impl Stepper<'_> {
     /// Finds the points and limits that are closed at the midpoint or could close in this step, and makes place for them.
     pub(super) fn close(&mut self, motion: &MotionState, time: f64) {
@@ -38,7 +41,7 @@ impl Stepper<'_> {
             let q = motion.q[first + j];
             let near = |upper: bool| joint.way(upper, q).is_some_and(|way| way <= reach);
             let closed = [
-                (joint.dry != [0.0; 2], RowSource::Dry(j)),
+                (joint.dry != [0.0; 2] && !self.sticking.joints.contains(&j), RowSource::Dry(j)),
                 (near(false), RowSource::Lower(j)),
                 (near(true), RowSource::Upper(j)),
             ];
@@ -61,8 +64,9 @@ impl Stepper<'_> {
 
     /// Delassus' matrix, free velocities, laws and the guess.
     pub(super) fn assemble(&mut self, motion: &MotionState, time: f64) {
-        self.directions.clear();
-        self.directions.resize(self.size() * row_length(self.problem.rows()), 0.0);
+        let (n, rows) = (self.size(), self.problem.rows());
+        self.directions.resize(n * row_length(rows), 0.0);
+        self.by_row.resize(rows * row_length(n), 0.0);
         if self.sources.first().is_some_and(RowSource::is_normal) {
             self.point_directions(&motion.q);
             if !self.soles.points.is_empty() {
@@ -76,14 +80,26 @@ impl Stepper<'_> {
             self.direct(source, row);
             let block = Block { first: row, law };
             let slot = self.slot(source);
-            let guess = &self.memory[slot..slot + block.size()];
-            self.problem.impulse[row..row + block.size()].copy_from_slice(guess);
+            self.guess(slot, row..row + block.size());
             self.problem.blocks.push(block);
             row += block.size();
         }
+        dense::transpose(&self.by_row, [rows, n], &mut self.directions);
         self.free_velocities();
         dense::gram(&self.directions, self.problem.rows(), &self.filled, &mut self.problem.delassus);
         self.soften(motion, time);
+    }
+
+    /// Impulses of the last step, and how they changed in it if that was little: what strikes or lets go does not go on.
+    fn guess(&mut self, slot: usize, rows: Range<usize>) {
+        let (last, earlier) = (&self.memory[slot..slot + rows.len()], &self.earlier[slot..slot + rows.len()]);
+        let change = last.iter().zip(earlier).map(|(last, earlier)| (last - earlier) * (last - earlier));
+        let size = last.iter().map(|last| last * last);
+        if change.sum::<f64>() <= STEADY * STEADY * size.sum::<f64>() {
+            let trend = self.problem.trend[rows.clone()].iter_mut().zip(last).zip(earlier);
+            trend.for_each(|((trend, last), earlier)| *trend = last - earlier);
+        }
+        self.problem.impulse[rows].copy_from_slice(last);
     }
 
     fn free_velocities(&mut self) {
@@ -91,9 +107,12 @@ impl Stepper<'_> {
         self.before.clear();
         self.before.resize(rows, 0.0);
         dense::add_rows(&self.directions, &self.speed, &mut self.before);
+        self.mean.clear();
+        self.mean.extend_from_slice(&self.before);
+        self.take_sticking_out_of_rows();
         dense::survey(&self.directions, rows, &mut self.filled);
         dense::forward(self.within.factor_or(&self.mass), n, &mut self.directions, rows, &mut self.filled);
-        self.problem.free.copy_from_slice(&self.before);
+        self.problem.free.copy_from_slice(&self.mean);
         dense::add_rows(&self.directions, &self.drive, &mut self.problem.free);
         if self.ground.compliance.is_some() {
             return;

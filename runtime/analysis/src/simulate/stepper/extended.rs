@@ -1,4 +1,5 @@
 //! What a stepper has besides the model: motors of their own, coupled joints, servos, soles that turn, ground that is not level.
+use super::sticking::Sticking;
 use super::within_limits::WithinLimits;
 use super::{MotionState, ROWS_OF_AXIS, Stepper};
 use crate::simulate::dense::{self, row_length};
@@ -83,6 +84,7 @@ impl Stepper<'_> {
         self.servos = Vec::with_capacity(axes);
         self.sources = Vec::with_capacity(rows);
         self.memory = vec![0.0; rows];
+        self.earlier = vec![0.0; rows];
         self.mass = vec![0.0; n * row_length(n)];
         self.speed = vec![0.0; n];
         self.inertia = vec![0.0; axes];
@@ -91,11 +93,13 @@ impl Stepper<'_> {
         self.middle = vec![0.0; n];
         self.drive = vec![0.0; n];
         self.directions = Vec::with_capacity(n * row_length(rows));
+        self.by_row = Vec::with_capacity(rows * row_length(n));
         self.before = Vec::with_capacity(rows);
         self.mean = Vec::with_capacity(rows);
         self.pushes = vec![0.0; n];
         self.filled = Vec::with_capacity(n);
         self.within = WithinLimits::with_room(n, axes);
+        self.sticking = Sticking::with_room(n, self.joints.len(), rows);
         self
     }
 

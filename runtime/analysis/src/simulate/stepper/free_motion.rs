@@ -30,7 +30,7 @@ impl Stepper<'_> {
         for (axis, inertia) in self.inertia.iter_mut().enumerate() {
             *inertia = self.mass[(first + axis) * (length + 1)];
         }
-        if !self.servos.is_empty() {
+        if !self.servos.is_empty() || self.joints.iter().any(|joint| joint.dry != [0.0; 2]) {
             self.within.inertia.copy_from_slice(&self.mass);
         }
         if !dense::factor(&mut self.mass, n) {

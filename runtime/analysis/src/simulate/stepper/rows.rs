@@ -109,51 +109,56 @@ impl Stepper<'_> {
         }
     }
 
-    /// Writes the directions of a source into the columns from `row` on.
+    /// Writes the directions of a source into the rows from `row` on.
     pub(super) fn direct(&mut self, source: RowSource, row: usize) {
-        let (nv, tangents) = (self.mechanics.nv(), self.mechanics.tangents());
-        let length = row_length(self.problem.rows());
-        let (axis, sign) = match source {
+        let (nv, tangents, length) =
+            (self.mechanics.nv(), self.mechanics.tangents(), row_length(self.size()));
+        let mut rows = self.by_row[row * length..].chunks_exact_mut(length);
+        match source {
             RowSource::Point(point) => {
                 let normal = &self.normal[point * nv..][..nv];
                 let tangential = self.tangential[point * tangents * nv..][..tangents * nv].chunks_exact(nv);
-                for (column, along) in (row..).zip(std::iter::once(normal).chain(tangential)) {
-                    let own = self.directions.chunks_exact_mut(length).map(|all| &mut all[column]);
-                    own.zip(along).for_each(|(target, along)| *target = *along);
+                for (own, along) in rows.zip(std::iter::once(normal).chain(tangential)) {
+                    own[..nv].copy_from_slice(along);
+                    own[nv..].fill(0.0);
                 }
-                return;
             }
             RowSource::Normal(point) => {
-                for i in 0..nv {
-                    self.directions[i * length + row] = self.normal[point * nv + i];
-                }
-                return;
+                let Some(own) = rows.next() else { return };
+                own[..nv].copy_from_slice(&self.normal[point * nv..][..nv]);
+                own[nv..].fill(0.0);
             }
             RowSource::Sole(sole) => {
-                for (point, parts) in self.soles.parts(sole) {
-                    for (k, part) in parts.iter().enumerate() {
-                        for i in 0..nv {
-                            let along = |axis: usize| self.tangential[(2 * point + axis) * nv + i];
-                            self.directions[i * length + row + k] += part[0] * along(0) + part[1] * along(1);
+                for (k, own) in rows.take(3).enumerate() {
+                    own.fill(0.0);
+                    for (point, parts) in self.soles.parts(sole) {
+                        let along = |axis: usize| &self.tangential[(2 * point + axis) * nv..][..nv];
+                        for ((own, x), y) in own.iter_mut().zip(along(0)).zip(along(1)) {
+                            *own += parts[k][0] * x + parts[k][1] * y;
                         }
                     }
                 }
-                return;
             }
-            RowSource::Dry(axis) => (axis, 1.0),
-            RowSource::Servo(index) => (self.servos[index].axis, 1.0),
-            RowSource::Lower(axis) | RowSource::Upper(axis) => {
-                let sign = if matches!(source, RowSource::Upper(_)) { -1.0 } else { 1.0 };
-                // Play lies between a motor and its joint.
-                if let Some(k) = axis.checked_sub(self.joints.len()) {
-                    let joint = self.coordinate(self.motors.laws[k].joint);
-                    self.directions[joint * length + row] = -sign;
-                }
-                (axis, sign)
-            }
-        };
-        let coordinate = self.coordinate(axis);
-        self.directions[coordinate * length + row] = sign;
+            RowSource::Dry(axis) => self.direct_axis(axis, 1.0, row),
+            RowSource::Servo(index) => self.direct_axis(self.servos[index].axis, 1.0, row),
+            RowSource::Lower(axis) => self.direct_axis(axis, 1.0, row),
+            RowSource::Upper(axis) => self.direct_axis(axis, -1.0, row),
+        }
+        // Play lies between a motor and its joint.
+        if let RowSource::Lower(axis) | RowSource::Upper(axis) = source
+            && let Some(k) = axis.checked_sub(self.joints.len())
+        {
+            let joint = self.coordinate(self.motors.laws[k].joint);
+            self.by_row[row * length + joint] = -self.by_row[row * length + self.coordinate(axis)];
+        }
+    }
+
+    /// The row of one coordinate.
+    fn direct_axis(&mut self, axis: usize, sign: f64, row: usize) {
+        let (coordinate, length) = (self.coordinate(axis), row_length(self.size()));
+        let own = &mut self.by_row[row * length..][..length];
+        own.fill(0.0);
+        own[coordinate] = sign;
     }
 
     /// Spreads the friction of flat soles over their corners, for those who ask for the forces on points.

@@ -18,20 +18,20 @@ const SOFT: f64 = 1e-4;
 pub(super) struct WithinLimits {
     /// By servo: what it is as long as it has no row.
     relaxed: Vec<Option<Relaxed>>,
-    /// Whether any has none.
+    /// Whether any has none, or a joint sticks.
     any: bool,
     /// D; rows as those of the stepper's.
     pub inertia: Vec<f64>,
-    /// The factor L of D with the servos.
-    mass: Vec<f64>,
+    /// The factor L of D with the servos, without what sticks.
+    pub mass: Vec<f64>,
     /// p, N s or N m s.
     pub push: Vec<f64>,
     /// `L⁻ᵀ p` with the factor of D alone.
     drive: Vec<f64>,
     /// Of the velocities, by servos and everything.
-    change: Vec<f64>,
+    pub change: Vec<f64>,
     /// By servo, those without rows, N m s.
-    impulses: Vec<f64>,
+    pub impulses: Vec<f64>,
 }
 
 impl WithinLimits {
@@ -61,9 +61,9 @@ impl WithinLimits {
 }
 
 impl Stepper<'_> {
-    /// Puts the servos that were within their limits in the last step into the mass matrix; none where their work is asked for, or
-    /// what impacts restore.
-    pub(super) fn put_servos_in(&mut self, motion: &MotionState, time: f64) {
+    /// Puts the servos that were within their limits in the last step into the mass matrix, and takes joints that stuck out of it; none
+    /// where their work is asked for, or what impacts restore.
+    pub(super) fn put_in(&mut self, motion: &MotionState, time: f64) {
         let rows_for_all = self.energy_accounting.is_some() || self.ground.restores();
         let joints = self.joints.len();
         let state = (&motion.q[motion.q.len() - joints..], &motion.v[motion.v.len() - joints..]);
@@ -76,9 +76,13 @@ impl Stepper<'_> {
             let stiff = SOFT / self.inertia[servo.axis];
             self.within.relaxed.push(relaxed.filter(|relaxed| is_within && relaxed.softness > stiff));
         }
-        self.within.any = self.within.relaxed.iter().any(Option::is_some);
+        self.sticking.joints.clear();
+        if !rows_for_all {
+            self.find_sticking(state.0, time);
+        }
+        self.within.any = self.within.relaxed.iter().any(Option::is_some) || !self.sticking.joints.is_empty();
         if self.within.any && !self.factor_with_servos() {
-            self.take_servos_out();
+            self.take_out();
         }
     }
 
@@ -95,22 +99,24 @@ impl Stepper<'_> {
             within.mass[coordinate * (row_length(n) + 1)] += 1.0 / softness;
             self.drive[coordinate] -= (self.speed[coordinate] + offset) / softness;
         }
-        if !dense::factor(&mut within.mass, n) {
+        self.hold_sticking();
+        if !dense::factor(&mut self.within.mass, n) {
             return false;
         }
-        dense::forward_one(&within.mass, n, &mut self.drive);
+        dense::forward_one(&self.within.mass, n, &mut self.drive);
         true
     }
 
-    /// Rows for all servos of this step.
-    pub(super) fn take_servos_out(&mut self) {
+    /// Rows for all servos and all dry friction of this step.
+    pub(super) fn take_out(&mut self) {
+        self.sticking.joints.clear();
         self.within.relaxed.fill(None);
         self.within.any = false;
         self.drive.copy_from_slice(&self.within.drive);
     }
 
-    /// Works out what servos without rows give; false: more than one of them may.
-    pub(super) fn servos_are_within(&mut self, rows: usize, time: f64) -> bool {
+    /// Works out what servos and dry friction without rows give; false: more than one of them may.
+    pub(super) fn is_within(&mut self, rows: usize, time: f64) -> bool {
         let within = &mut self.within;
         if !within.any {
             return true;
@@ -133,7 +139,7 @@ impl Stepper<'_> {
             all &= relaxed.is_none() || (low <= impulse && impulse <= high);
             within.impulses.push(impulse);
         }
-        all
+        all && self.sticks(time)
     }
 
     /// Remembers the impulses of servos without rows.
