@@ -19,5 +19,15 @@ pub(crate) fn heard(experiment: &dyn Experiment, row: usize, residual: &[f64]) -
     let velocity = || experiment.signal(row, "velocity").unwrap_or_default();
     // Other rows are of filtered signals, or tables, whose samples have no neighbours.
     let left = (what.channel == Channel::Effort).then(|| residual_noise(residual, velocity)).flatten();
-    left.map_or(what.noise, |left| left.max(what.noise))
+    // Where joints stick what is left is no noise, and jumps to and from it.
+    let most = where_free(experiment.sticks(row), residual);
+    left.map_or(what.noise, |left| left.min(most).max(what.noise))
+}
+
+/// Root mean square of what is left where a joint does not stick; without a limit if it always does.
+fn where_free(sticks: &[bool], residual: &[f64]) -> f64 {
+    let is_free = |i: usize| !sticks.get(i).is_some_and(|sticks| *sticks);
+    let free = residual.iter().enumerate().filter(|(i, _)| is_free(*i)).map(|(_, x)| x * x);
+    let (sum, count) = free.fold((0.0, 0usize), |(sum, count), square| (sum + square, count + 1));
+    if count == 0 { f64::INFINITY } else { (sum / count as f64).sqrt() }
 }

@@ -236,6 +236,29 @@ mod tests {
         }
     }
 
+    /// Counted by signs the rests alone had a reversal every eighth of a second, and noise that remembers was taken for what the model lacks.
+    #[test]
+    fn a_joint_at_rest_does_not_reverse() {
+        let speed = |i: usize| {
+            let time = i as f64 / 250.0;
+            let (turn, within) = ((time / 1.9) as usize, time % 1.9);
+            let direction = if turn % 2 == 0 { 1.0 } else { -1.0 };
+            let ringing = 1e-3 * (std::f64::consts::TAU * 8.0 * time).sin();
+            if within < 1.1 {
+                direction * (std::f64::consts::PI * within / 1.1).sin().powi(2)
+            } else {
+                ringing
+            }
+        };
+        let velocity: Vec<f64> = (0..6000).map(speed).collect();
+        let turn = between_reversals(&velocity);
+        assert!((200.0..280.0).contains(&turn), "{turn} samples");
+        let swings: Vec<f64> = (0..6000).map(|i| (0.02 * i as f64).cos()).collect();
+        let turn = between_reversals(&swings);
+        assert!((140.0..160.0).contains(&turn), "{turn} samples");
+        assert_eq!(between_reversals(&[0.0; 50]), 50.0);
+    }
+
     #[test]
     fn too_little_says_nothing() {
         assert_eq!(told(&[]), None);
