@@ -99,15 +99,15 @@ pub(super) fn consider(
     }
     let play = play(regression, active);
     let alone = largest_fall(regression, (c, &play), rough, &plain);
-    if alone < LEAST && !regression.free {
-        return Err("it explains something only if masses move with it".to_owned());
-    }
     let fall = largest_fall(regression, (c, &play), base, &scored).max(alone);
     if fall < LEAST {
         return Err(format!(
             "it lowers no row's held-out squared error by more than {:.1} %",
             100.0 * fall.max(0.0)
         ));
+    }
+    if alone < LEAST && !regression.free {
+        return Err("it explains something only if masses move with it".to_owned());
     }
     if is_trace(regression, &candidate.rows, base, &scored) {
         return Err(
