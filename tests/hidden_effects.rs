@@ -200,7 +200,8 @@ fn a_faster_filter_has_a_second_look() {
         "{}",
         answer["summary"]
     );
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("hidden_effects/seeds/737373/stribeck_friction-2");
+    let folder =
+        Path::new(env!("CARGO_TARGET_TMPDIR")).join("hidden_effects/seeds/737373/stribeck_friction-2");
     let given = asked_with("stribeck_friction-2", &folder, &["--cutoff", "10"]);
     assert_eq!(given["cutoff_hz"], 10.0, "{}", given["summary"]);
 }
