@@ -107,6 +107,7 @@ impl Problem {
     pub fn clear(&mut self, rows: usize) {
         self.blocks.clear();
         self.at_limit.clear();
+        self.at_limit.reserve(rows);
         for values in [&mut self.free, &mut self.impulse, &mut self.trend] {
             values.clear();
             values.resize(rows, 0.0);
@@ -121,7 +122,6 @@ impl Problem {
     pub fn reserve(&mut self, rows: usize) {
         self.clear(rows);
         self.blocks.reserve(rows);
-        self.at_limit.reserve(rows);
         self.clear(0);
     }
 
