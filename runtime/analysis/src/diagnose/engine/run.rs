@@ -202,12 +202,11 @@ fn estimated(
         let effects = estimates(regression, outcome);
         let refined = refine(data(regression, teaches), effects, &[], spread(regression, outcome.corrected));
         let Some(Insignificant { effect, impossible }) = insignificant(regression, outcome, &refined) else {
-            let mut judged = regression.standing.len()..outcome.active.len();
-            let sharp = judged.find(|&k| is_a_sharp_sign(regression, &refined, k));
+            let judged = regression.standing.len()..outcome.active.len();
+            let sharp = judged.clone().find(|&k| is_a_sharp_sign(regression, &refined, k));
             if sharp.is_some_and(|k| put_dry(regression, outcome, k)) {
                 continue;
             }
-            let judged = regression.standing.len()..outcome.active.len();
             let no_more = |k: usize| says_no_more(&refined, k);
             let vague: Vec<usize> = judged.filter(|&k| is_vague(&refined, k) || no_more(k)).collect();
             if vague.into_iter().any(|k| put_simpler(regression, outcome, k, no_more(k))) {

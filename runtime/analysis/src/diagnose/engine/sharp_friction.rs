@@ -5,14 +5,12 @@
 use super::refinement::Refined;
 use super::regression::Regression;
 use super::search::Outcome;
-use super::significance::{JudgedError, judged_errors};
+use super::significance::{JudgedError, NO_CHANCE, judged_errors};
 use crate::experiments::corners::{SMOOTHING, WIDTHS};
 use bipedc_effects::effect::{Effect, Simulation, kinds};
 
 /// A sharper sign is so much narrower.
 const SHARPER: f64 = 0.1;
-/// What chance does not lower, as deviance.
-const NO_CHANCE: f64 = 30.0;
 /// Part by which what is left may be larger without the curve.
 const ALIKE: f64 = 0.05;
 

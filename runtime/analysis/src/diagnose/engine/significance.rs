@@ -117,7 +117,7 @@ impl JudgedError {
 }
 
 /// No chance lowers what other data leave by so much deviance,
-const NO_CHANCE: f64 = 30.0;
+pub(super) const NO_CHANCE: f64 = 30.0;
 /// and what stops and jumps of other joints leave in a row is less than so much of its noise's squares.
 const NO_TRACE: f64 = 0.1;
 
