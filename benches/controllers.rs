@@ -1,11 +1,15 @@
 //! One call of a controller, emitted code, one core: `cargo bench --bench controllers`. Median and worst of a million calls, on states around
 //! the motion of the gait.
+#[path = "harness/processor.rs"]
+mod processor;
+
 use bipedc_effects::random::Random;
 use bipedc_macros::Biped;
 use bipedc_runtime::control::{
     Controller, Feedback, GaitController, JointCommand, Observation, PhasedController,
 };
 use five_link_walker::gait_thesis::ThesisGait as Five;
+use processor::processor;
 use seven_link_walker::gait_collocated::CollocatedGait as Seven;
 use std::hint::black_box;
 use std::time::Instant;
@@ -101,12 +105,6 @@ fn several_phases() {
         });
         assert_eq!(refused, 0, "{name}");
     }
-}
-
-fn processor() -> String {
-    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let name = text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
-    name.map_or_else(|| "unknown processor".to_owned(), |(_, name)| name.trim().to_owned())
 }
 
 fn main() {

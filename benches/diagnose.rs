@@ -5,9 +5,13 @@
 //! two and all effects to be looked for, and prints the times beside what is demanded. Nothing is timed inside the command:
 //! deriving the model, reading, filtering and printing count.
 #![allow(missing_docs)]
+#[path = "harness/processor.rs"]
+mod processor;
+
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
 use bipedc_runtime::{Argument, Model, State};
+use processor::processor;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -27,6 +31,7 @@ fn main() {
     std::fs::write(&log, text()).expect("the log");
     let asked = [0, 1, 2, ALL];
     let runs = asked.map(|most| run(&log, most));
+    println!("{}", processor());
     println!("{:10} {:>8} {:>12} {:>10}", "effects", "s", "processor s", "peak MB");
     for (most, (time, [memory, busy])) in asked.iter().zip(&runs) {
         println!("{most:<10} {:>8.2} {busy:>12.2} {memory:>10.0}", time.as_secs_f64());

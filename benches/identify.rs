@@ -5,6 +5,9 @@
 //! sorting by stretch of motion, triangles, on two threads; then the estimate with error bars. The states are made before
 //! the clock starts and used again and again, because a million of them would be memory of the bench's own.
 #![allow(missing_docs)]
+#[path = "harness/processor.rs"]
+mod processor;
+
 use bipedc::identification::base_regressor;
 use bipedc_analysis::identify::{Design, Estimate, ExtraChoice, Method, Settings, Sums, fold};
 use bipedc_analysis::measure::Recording;
@@ -12,6 +15,7 @@ use bipedc_analysis::robot::Trajectory;
 use bipedc_analysis::robot::{BaseKind, Joint, JointLayout};
 use bipedc_compiler::Robot;
 use bipedc_runtime::nalgebra::DVector;
+use processor::processor;
 use std::path::Path;
 use std::time::Instant;
 
@@ -55,6 +59,7 @@ fn main() {
     let estimate = Estimate::weighted(&design, &sums, held, Method::Weighted);
     let fit = estimate.fit(&design, &sums);
     let all = start.elapsed().as_secs_f64();
+    println!("{}", processor());
     println!(
         "{} base parameters and {} of joints, {done} samples, {threads} threads: {:.2} µs a sample, error bars {:.3} s",
         base.names.len(),

@@ -1,14 +1,19 @@
 //! Programs in process against the same functions emitted: `cargo bench --bench in_process [ROBOT [FUNCTION]]`, random states, one core.
 //!
-//! Each figure is the best of many passes over 256 states. `making`: the call in which machine code is made. To count instructions
+//! Each figure is the best of many passes over 256 states. `making`: the call in which machine code is made; KiB: what it
+//! takes of memory, with constants and room for a call. To count instructions
 //! (`valgrind --tool=callgrind`, `perf stat`): with `BENCH_CALLS=N`, ROBOT and FUNCTION that one is called so often in process and
 //! nothing else is done but its making; with `BENCH_EMITTED=1` beside it, the emitted one.
 #![allow(missing_docs)]
+#[path = "harness/processor.rs"]
+mod processor;
+
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::{Function, ProgramModel};
 use bipedc_effects::random::Random;
 use bipedc_macros::Biped;
 use bipedc_runtime::{Argument, Model, State};
+use processor::processor;
 use std::hint::black_box;
 use std::path::Path;
 use std::time::Instant;
@@ -99,14 +104,16 @@ impl<'a> Bench<'a> {
         let interpreted =
             time(&self.states, |state| evaluator.run(state, &mut workspace, black_box(&mut out)));
         println!(
-            "{:<34} {operations:>10} {interpreted:>14.0} {native:>14.1} {other:>12.1} {:>12.2} {making:>10.2}",
+            "{:<34} {operations:>10} {interpreted:>14.0} {native:>14.1} {other:>12.1} {:>12.2} {making:>10.2} {:>8.1}",
             function.name,
-            native / other
+            native / other,
+            evaluator.machine_code_bytes() as f64 / 1024.0
         );
     }
 }
 
 fn main() {
+    println!("{}", processor());
     let robots: [(&str, &str, &dyn Model<f64>); 3] = [
         ("lower12", "benches/robots/lower12", &Lower12),
         ("tulip", "robots/tulip", &tulip::Tulip),
@@ -123,8 +130,14 @@ fn main() {
         }
         if counted.is_none() {
             println!(
-                "{name:<34} {:>10} {:>14} {:>14} {:>12} {:>12} {:>10}",
-                "operations", "interpreted ns", "in process ns", "emitted ns", "/ emitted", "making ms"
+                "{name:<34} {:>10} {:>14} {:>14} {:>12} {:>12} {:>10} {:>8}",
+                "operations",
+                "interpreted ns",
+                "in process ns",
+                "emitted ns",
+                "/ emitted",
+                "making ms",
+                "KiB"
             );
         }
         let bench = Bench::new(folder, emitted);

@@ -1,8 +1,12 @@
 //! Maps of gaits, and plans: `cargo bench --bench maps`. Everything on all processors, programs evaluated in process.
+#[path = "harness/processor.rs"]
+mod processor;
+
 use bipedc::Robot;
 use bipedc::gait::{GaitBench, MapOptions, Over, PhasedBench, PlanOptions, Range};
 use bipedc::progress::{Run, Silent};
 use bipedc::simulation::walker;
+use processor::processor;
 use std::path::Path;
 use std::time::Instant;
 
@@ -58,6 +62,7 @@ fn several_phases(run: &Run<'_>) {
 
 fn main() {
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
+    println!("{}", processor());
     println!("maps of {VALUES} × {VALUES} cells and {} speeds, {processors} processors", SPEEDS.len());
     println!("{:<34} {:>8} {:>12} {:>20}", "", "s", "µs per cell", "cells that pass");
     let run = Run { progress: &Silent, stop: &|| false };

@@ -2,9 +2,12 @@
 //!
 //! `cargo bench --bench on_board [CALLS]`. Calls are those of a simulated walk with a push, answered again by new controllers, so that all of its phases
 //! and the search for another step are among them.
+#[path = "harness/processor.rs"]
+mod processor;
+
+use processor::processor;
+use std::env;
 use std::hint::black_box;
-use std::path::Path;
-use std::{env, fs};
 use tulip_controller::walking::{Controller, STATE};
 
 #[path = "../tests/on_board/recorded.rs"]
@@ -58,10 +61,4 @@ fn main() {
             println!("{name:>32} {}", row.join(" "));
         }
     }
-}
-
-fn processor() -> String {
-    let text = fs::read_to_string(Path::new("/proc/cpuinfo")).unwrap_or_default();
-    let name = text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
-    name.map_or_else(|| "processor unknown".to_owned(), |(_, name)| name.trim().to_owned())
 }

@@ -1,7 +1,11 @@
 //! Gaits found from nothing, and libraries of speeds: `cargo bench --bench optimise`. All processors; programs evaluated in process.
+#[path = "harness/processor.rs"]
+mod processor;
+
 use bipedc::Workbench;
 use bipedc::gait::optimise::Wishes;
 use bipedc::workbench::OptimiseOptions;
+use processor::processor;
 use std::path::Path;
 use std::time::Instant;
 
@@ -23,6 +27,7 @@ fn options(form: &str, speeds: Vec<f64>) -> OptimiseOptions {
 }
 
 fn main() {
+    println!("{}", processor());
     println!("{:<34} {:>10} {:>10} {:>8} {:>12}", "", "search, s", "with walk", "walks", "wish, s");
     // Of four phases a library takes too long for a bench: most speeds take several searches.
     for (robot, form, between, wish, repetitions, library) in [

@@ -1,10 +1,14 @@
 //! One hybrid step of the five-link walker, from landing to landing, with the emitted model: `cargo bench --bench phases`.
+#[path = "harness/processor.rs"]
+mod processor;
+
 use bipedc::simulation::{plant, walker};
 use bipedc_analysis::simulate::Scenario;
 use bipedc_analysis::simulate::control::VirtualConstraints;
 use bipedc_analysis::simulate::phases::{Assumptions, Effort, End, PhasedRobot, Precision, Start, walk};
 use bipedc_compiler::Robot;
 use five_link::FiveLink;
+use processor::processor;
 use std::path::Path;
 use std::time::Instant;
 
@@ -35,6 +39,7 @@ fn main() {
     let settled =
         walk(&robot, Start { time: 0.0, phase: 0, x }, 1e2, 5, &precision(1e-10), &mut |_, _, _| ());
     x = settled.unwrap().last.x;
+    println!("{}", processor());
     println!(
         "five-link walker, one step of 0.643 s with its impact, assumptions checked, emitted model, one core"
     );

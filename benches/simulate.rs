@@ -6,7 +6,11 @@
 #[allow(dead_code)]
 mod humanoid;
 
+#[path = "harness/processor.rs"]
+mod processor;
+
 use humanoid::{Case, Humanoid, STANDING};
+use processor::processor;
 use std::collections::BTreeMap;
 use std::process::Command;
 use std::time::Instant;
@@ -53,6 +57,7 @@ fn main() {
             *kept = kept.min(step);
         }
     }
+    println!("{}", processor());
     println!(
         "TUlip, {STEPS} steps of 1 ms, relative residual 1e-6, processor time of one core, best of {}",
         ROUNDS * REPEATS

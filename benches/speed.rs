@@ -98,8 +98,8 @@ macro_rules! common {
         time!($bench, states, wide, "ccrba", $module::centroidal_momentum_with_matrix_into(q, v));
         time!($bench, states, wide, "regressor", $module::inverse_dynamics_regressor_nonzeros_into(q, v, a));
         time!($bench, states, "regressor_dense", $module::inverse_dynamics_regressor_into(q, v, a));
-        time!($bench, states, "d_rnea", $module::inverse_dynamics_derivatives_into(q, v, a));
-        time!($bench, states, "d_aba", $module::forward_dynamics_derivatives_into(q, v, tau));
+        time!($bench, states, wide, "d_rnea", $module::inverse_dynamics_derivatives_into(q, v, a));
+        time!($bench, states, wide, "d_aba", $module::forward_dynamics_derivatives_into(q, v, tau));
         (states, wide)
     }};
 }
@@ -109,7 +109,7 @@ macro_rules! on_a_point {
     ($name:literal, $module:ident, $model:expr, $dynamics:ident, $impact:ident, $jacobian:ident) => {
         if let Some(bench) = Bench::new($name) {
             let (states, wide) = common!(bench, $module, $model);
-            time!(bench, states, "joint_jac", $module::$jacobian(q));
+            time!(bench, states, wide, "joint_jac", $module::$jacobian(q));
             time!(bench, states, wide, "contact3_fd", $module::$dynamics(q, v, tau));
             time!(bench, states, wide, "contact3_impulse", $module::$impact(q, v));
         }
@@ -120,18 +120,18 @@ fn lower12_functions() {
     let Some(bench) = Bench::new("lower12") else { return };
     let (states, wide) = common!(bench, lower12, Lower12);
     time!(bench, states, "zmp", lower12::zero_moment_point_into(q, v, a));
-    time!(bench, states, "joint_jac", lower12::body_jacobian_of_left_foot_nonzeros_into(q));
+    time!(bench, states, wide, "joint_jac", lower12::body_jacobian_of_left_foot_nonzeros_into(q));
     time!(bench, states, wide, "contact3_fd", lower12::constrained_dynamics_of_right_point_into(q, v, tau));
     time!(bench, states, wide, "contact3_impulse", lower12::impact_map_of_right_point_into(q, v));
-    time!(bench, states, "contact6_fd", lower12::constrained_dynamics_of_right_support_into(q, v, tau));
-    time!(bench, states, "contact6_impulse", lower12::impact_map_of_right_support_into(q, v));
+    time!(bench, states, wide, "contact6_fd", lower12::constrained_dynamics_of_right_support_into(q, v, tau));
+    time!(bench, states, wide, "contact6_impulse", lower12::impact_map_of_right_support_into(q, v));
 }
 
 #[cfg(talos_reduced)]
 fn talos_reduced_functions() {
     let Some(bench) = Bench::new("talos_reduced") else { return };
     let (states, wide) = common!(bench, talos_reduced, TalosReduced);
-    time!(bench, states, "joint_jac", talos_reduced::body_jacobian_of_leg_left_6_link_nonzeros_into(q));
+    time!(bench, states, wide, "joint_jac", talos_reduced::body_jacobian_of_leg_left_6_link_nonzeros_into(q));
     time!(
         bench,
         states,
@@ -140,8 +140,14 @@ fn talos_reduced_functions() {
         talos_reduced::constrained_dynamics_of_left_point_into(q, v, tau)
     );
     time!(bench, states, wide, "contact3_impulse", talos_reduced::impact_map_of_left_point_into(q, v));
-    time!(bench, states, "contact6_fd", talos_reduced::constrained_dynamics_of_left_support_into(q, v, tau));
-    time!(bench, states, "contact6_impulse", talos_reduced::impact_map_of_left_support_into(q, v));
+    time!(
+        bench,
+        states,
+        wide,
+        "contact6_fd",
+        talos_reduced::constrained_dynamics_of_left_support_into(q, v, tau)
+    );
+    time!(bench, states, wide, "contact6_impulse", talos_reduced::impact_map_of_left_support_into(q, v));
 }
 
 fn main() {

@@ -28,6 +28,26 @@ fn generate_then_check_then_edit() {
 }
 
 #[test]
+fn limbs_apart_are_a_crate_without_pairs() {
+    let out = scratch("generate_limbs");
+    let pairs = |options: &[&str]| -> u64 {
+        let run = bipedc(&[&["generate", ROBOT, "--out", text(&out), "--json"], options].concat()).ok();
+        let written: serde_json::Value = serde_json::from_str(&run.out).unwrap();
+        let functions = written["functions"].as_array().unwrap().iter();
+        functions.map(|function| function["pairs_at_once"].as_u64().unwrap()).sum()
+    };
+    assert!(pairs(&[]) > 0, "three_link has two legs of the same make");
+    assert_eq!(pairs(&["--limbs-apart"]), 0);
+    let code = std::fs::read_to_string(out.join("src/energy_regressor.rs")).unwrap();
+    assert!(
+        code.contains("refresh: bipedc generate robots/three_link --limbs-apart") && !code.contains("R::Two")
+    );
+    let check = ["generate", ROBOT, "--out", text(&out), "--check"];
+    bipedc(&[&check[..], &["--limbs-apart"]].concat()).ok();
+    bipedc(&check).fails_with(&["`src/energy_regressor.rs` differs"]);
+}
+
+#[test]
 fn another_base_is_another_crate() {
     let out = scratch("generate_base");
     bipedc(&["generate", ROBOT, "--out", text(&out)]).ok();

@@ -1,6 +1,9 @@
 //! Timing as the peers' harness does it: 1024 states, 16 chunks, the fastest time of each chunk.
+mod processor;
+
 use bipedc_runtime::nalgebra::SVector;
 use bipedc_runtime::{Model, Real};
+use processor::processor;
 use std::hint::black_box;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -128,13 +131,6 @@ fn slowest(one: &mut impl FnMut(usize)) -> [f64; 2] {
     let clock = sorted(&mut |_| {})[count / 2];
     let times = sorted(one);
     [times[(count - 1) * 9999 / 10_000], times[count - 1]].map(|time| (time - clock).max(0.0))
-}
-
-/// Name of the processor, as Linux has it.
-fn processor() -> String {
-    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let name = text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
-    name.map_or_else(|| "processor unknown".to_owned(), |(_, name)| name.trim().to_owned())
 }
 
 fn random_states<const NQ: usize, const NV: usize>() -> Vec<State<f64, NQ, NV>> {

@@ -250,11 +250,16 @@ impl Robot {
         source: &str,
         runtime: impl Into<Runtime>,
     ) -> Package {
+        package(compiled, gait, &self.origin(gait, source, runtime))
+    }
+
+    /// What the header of this robot's crate says of it, limbs of the same make being computed at once.
+    pub fn origin(&self, gait: Option<&GaitCode>, source: &str, runtime: impl Into<Runtime>) -> Origin {
         let hash = match gait {
             None => self.hash(),
             Some(gait) => format!("{:016x}", fnv1a(&[self.hash(), gait.inputs.clone()].join("\0"))),
         };
-        package(compiled, gait, &Origin { source: source.to_owned(), hash, runtime: runtime.into() })
+        Origin { source: source.to_owned(), hash, runtime: runtime.into(), limbs_apart: false }
     }
 
     /// A gait by its name in `gaits/` or by a path, compiled.

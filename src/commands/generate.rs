@@ -10,7 +10,7 @@ use bipedc::gait::PhasedBench;
 use bipedc::table::table;
 use bipedc::walking::{Legs, controller_crate, robots_own};
 use bipedc_compiler::compile::{CompiledModel, Function};
-use bipedc_compiler::emit::{GaitCode, Package, Runtime};
+use bipedc_compiler::emit::{GaitCode, Origin, Package, Runtime, package, pairs_at_once};
 use bipedc_compiler::robot::RobotGait;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use clap::Args;
@@ -27,6 +27,7 @@ Examples:
   bipedc generate robots/tulip --out my_workspace/tulip
   bipedc generate robots/five_link --gait thesis --out my_workspace/five_link
   bipedc generate robots/leg --out my_workspace/leg --runtime my_workspace/tulip/bipedc-runtime
+  bipedc generate robots/tulip --limbs-apart --out my_workspace/tulip
   bipedc generate robots/tulip --controller writes generated/tulip_controller: it walks on flat feet by itself
 
 With --out the crate has the small runtime that it needs in its folder; with --runtime two crates of one program share one.
@@ -34,7 +35,7 @@ The crate never allocates. On x86-64 its default feature `dispatch` takes the be
 `default-features = false` it is `no_std`. What it holds is chosen by `[generate]` in biped.toml; by default \
 everything. The crate is written whole or not at all; files that bipedc did not generate stay. --check writes nothing: it names \
 missing, changed (stale or edited) and extra files, exit code 1.
-JSON: {\"folder\", \"functions\": [{\"name\", \"rows\", \"columns\", \"operations\"}], \"files\", \"bytes\", \"seconds\"}; with --check {\"folder\", \"up_to_date\", \"files\", \"missing\", \"changed\", \"extra\": [file]}.";
+JSON: {\"folder\", \"functions\": [{\"name\", \"rows\", \"columns\", \"operations\", \"pairs_at_once\"}], \"files\", \"bytes\", \"seconds\"}; with --check {\"folder\", \"up_to_date\", \"files\", \"missing\", \"changed\", \"extra\": [file]}.";
 
 /// Write a robot's equations of motion as a Rust crate
 #[derive(Args)]
@@ -60,6 +61,9 @@ pub struct Generate {
     /// beside the description. With a library for C
     #[arg(long, conflicts_with_all = ["gait", "compare"])]
     controller: bool,
+    /// Compute limbs of the same make one after the other, not both at once: the same bits by more instructions
+    #[arg(long, conflicts_with = "controller")]
+    limbs_apart: bool,
     /// Then compare the model's torques with this log, as `bipedc compare` does
     #[arg(long, value_name = "LOG.csv", conflicts_with = "check")]
     compare: Option<PathBuf>,
@@ -84,6 +88,11 @@ struct Costs {
     rows: usize,
     columns: usize,
     operations: usize,
+    /// Of them, pairs that are computed at once for two limbs of the same make.
+    pairs_at_once: usize,
+    /// Operations by kind, for people.
+    #[serde(skip)]
+    by_kind: String,
 }
 
 /// What a crate is compared with.
@@ -117,13 +126,15 @@ impl Generate {
         let gait = self.gait.as_deref().map(|name| spin("deriving", || robot.gait(name))).transpose()?;
         let code = gait.as_ref().map(|gait| emitted(&bench, gait)).transpose()?;
         let source = source_name(&self.robot.path);
-        let package = spin("writing Rust", || robot.package_of(&compiled, code.as_ref(), &source, runtime));
+        let origin = robot.origin(code.as_ref(), &source, runtime);
+        let origin = Origin { limbs_apart: self.limbs_apart, ..origin };
+        let package = spin("writing Rust", || package(&compiled, code.as_ref(), &origin));
         if self.check {
             return self.difference(&package, &out);
         }
         self.write((&bench, gait.as_ref()), &package, &out)?;
-        let all = std::iter::once(&compiled).chain(gait.as_ref().map(RobotGait::model));
-        self.said(&package, &out, all.collect::<Vec<_>>().as_slice(), started)?;
+        let costs = self.costs(&compiled, gait.as_ref().map(RobotGait::model));
+        self.said(&package, &out, costs, started)?;
         match self.compare {
             Some(log) => {
                 output::print(&format!(
@@ -149,30 +160,39 @@ impl Generate {
             bench.ledger().reads("the numbers of the walk", &numbers);
         }
         self.write((bench, None), &package, out)?;
-        self.said(&package, out, &[], started)?;
+        self.said(&package, out, Vec::new(), started)?;
         Ok(ExitCode::SUCCESS)
     }
 
-    /// What was written, for people or programs.
+    /// Of each model's functions. A gait's own are written with its limbs together.
+    fn costs(&self, robot: &CompiledModel, gait: Option<&CompiledModel>) -> Vec<Vec<Costs>> {
+        let of = |model: &CompiledModel, apart: bool| {
+            let pairs = if apart { vec![0; model.functions.len()] } else { pairs_at_once(model) };
+            model.functions.iter().zip(pairs).map(|(f, pairs)| Costs::of(f, pairs)).collect()
+        };
+        std::iter::once(of(robot, self.limbs_apart)).chain(gait.map(|model| of(model, false))).collect()
+    }
+
+    /// What was written, for people or programs; `costs`: per model.
     fn said(
         &self,
         package: &Package,
         out: &Path,
-        all: &[&CompiledModel],
+        costs: Vec<Vec<Costs>>,
         started: Instant,
     ) -> io::Result<()> {
         let bytes: usize = package.files.values().map(String::len).sum();
         let (files, seconds, folder) =
             (package.files.len(), started.elapsed().as_secs_f64(), out.display().to_string());
         if self.json {
-            let functions = all.iter().flat_map(|model| &model.functions).map(Costs::of).collect();
+            let functions = costs.into_iter().flatten().collect();
             return output::print_json(&Json { folder, functions, files, bytes, seconds });
         }
-        if all.is_empty() {
+        if costs.is_empty() {
             return output::print(&format!("{folder}: {files} files, {bytes} bytes\n"));
         }
-        let count: usize = all.iter().map(|model| model.functions.len()).sum();
-        let tables: Vec<String> = all.iter().map(|model| functions(model)).collect();
+        let count: usize = costs.iter().map(Vec::len).sum();
+        let tables: Vec<String> = costs.iter().map(|costs| functions(costs)).collect();
         let last = format!("{folder}: {count} functions, {files} files, {bytes} bytes, {seconds:.2} s");
         output::print(&format!("{}\n{last}\n", tables.join("\n")))
     }
@@ -242,9 +262,10 @@ impl Generate {
             self.runtime.as_ref().map_or_else(String::new, |runtime| format!(" --runtime {runtime}"));
         let gait = self.gait.as_ref().map_or_else(String::new, |gait| format!(" --gait {gait}"));
         let gait = if self.controller { " --controller".to_owned() } else { gait };
+        let apart = if self.limbs_apart { " --limbs-apart" } else { "" };
         let overrides = self.robot.overrides();
         format!(
-            "bipedc generate {} --out {}{gait}{runtime}{overrides}",
+            "bipedc generate {} --out {}{gait}{apart}{runtime}{overrides}",
             self.robot.path.display(),
             out.display()
         )
@@ -252,12 +273,14 @@ impl Generate {
 }
 
 impl Costs {
-    fn of(function: &Function) -> Self {
+    fn of(function: &Function, pairs_at_once: usize) -> Self {
         Self {
             name: function.name.clone(),
             rows: function.rows.len(),
             columns: function.columns.len(),
             operations: function.operations.total(),
+            pairs_at_once,
+            by_kind: function.operations.to_string(),
         }
     }
 }
@@ -280,10 +303,10 @@ fn emitted(bench: &Workbench, found: &RobotGait) -> Result<GaitCode, Diagnostics
     }
 }
 
-fn functions(compiled: &CompiledModel) -> String {
-    let row = |f: &Function| {
-        let shape = format!("{} × {}", f.rows.len(), f.columns.len());
-        vec![f.name.clone(), shape, f.operations.to_string()]
+fn functions(costs: &[Costs]) -> String {
+    let row = |f: &Costs| {
+        let shape = format!("{} × {}", f.rows, f.columns);
+        vec![f.name.clone(), shape, f.pairs_at_once.to_string(), f.by_kind.clone()]
     };
-    table(&["function", "shape", "operations"], compiled.functions.iter().map(row).collect(), 3)
+    table(&["function", "shape", "pairs at once", "operations"], costs.iter().map(row).collect(), 4)
 }

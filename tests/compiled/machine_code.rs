@@ -67,6 +67,7 @@ fn agrees(folder: &str) -> usize {
             assert_eq!(apart, None, "{folder}, {}, call {round}", function.name);
         }
         assert_eq!(evaluator.is_machine_code(), here(), "{folder}, {}", function.name);
+        assert_eq!(evaluator.machine_code_bytes() > 0, here(), "{folder}, {}", function.name);
     }
     compiled.functions.len()
 }

@@ -5,6 +5,7 @@ use super::sizes::Size;
 use super::text::Text;
 use crate::compile::{CompiledModel, Function};
 use crate::program::Paired;
+use crate::tree::Twins;
 use proc_macro2::{Ident, Span};
 use quote::format_ident;
 use std::collections::BTreeSet;
@@ -86,6 +87,13 @@ fn documentation(model: &CompiledModel, f: &Function, at_once: usize, text: &mut
         text.doc("///", "");
         text.doc("///", note);
     }
+}
+
+/// Of each function, how many pairs of its operations are computed at once, for two limbs of the same make.
+pub fn pairs_at_once(compiled: &CompiledModel) -> Vec<usize> {
+    let twins = Twins::of(&compiled.tree);
+    let pairs = |f: &Function| Paired::new(&f.program, &twins).pairs.iter().flatten().count();
+    compiled.functions.iter().map(pairs).collect()
 }
 
 /// The program and its public functions on nalgebra's static matrices.

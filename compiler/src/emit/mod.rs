@@ -16,6 +16,7 @@ mod twins;
 
 pub use files::{Difference, is_generated};
 pub(crate) use function::ident;
+pub use function::pairs_at_once;
 pub use gait::{GaitCode, PhasedWalk, WalkedPhase, gait_code, phases_code};
 pub(crate) use layout::documentation;
 pub use model::{Model, Options, items, model};

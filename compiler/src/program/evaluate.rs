@@ -164,6 +164,11 @@ impl Evaluator {
         self.often.is_made()
     }
 
+    /// Bytes that the machine code takes with its constants and the memory of a call; 0 as long as it is interpreted.
+    pub fn machine_code_bytes(&self) -> usize {
+        self.often.bytes()
+    }
+
     /// Runs the program on `count` states, where that pays as machine code: `input` gives an element of an argument of a state, `output` takes eight states'
     /// values of each output from a state on. `false`: nothing was done.
     pub(super) fn run_many(

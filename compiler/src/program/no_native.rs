@@ -19,6 +19,10 @@ impl Native {
         match *self {}
     }
 
+    pub fn bytes(&self) -> usize {
+        match *self {}
+    }
+
     pub fn run(&self, _: &mut [f64], _: &mut [f64]) {
         match *self {}
     }

@@ -133,6 +133,11 @@ impl Often {
         matches!(self.of_one.get(), Some(Some(_)))
     }
 
+    /// Bytes that the machine code for one state takes, its constants and its memory of a call among them; 0: there is none.
+    pub fn bytes(&self) -> usize {
+        self.of_one.get().and_then(Option::as_ref).map_or(0, Native::bytes)
+    }
+
     /// Machine code for eight states side by side, where there are many.
     pub fn of_eight(&self, states: usize) -> Option<&Native> {
         let program = self.program.as_ref().filter(|_| states >= MANY)?;

@@ -49,6 +49,11 @@ impl Native {
         self.memory
     }
 
+    /// Of the code, its constants and the memory of a call.
+    pub fn bytes(&self) -> usize {
+        self.code.len() + size_of::<u64>() * self.constants.len() + size_of::<f64>() * self.memory
+    }
+
     fn code(&self) -> Code {
         // SAFETY: the pages hold a function of this signature from their beginning on, as long as this lives.
         unsafe { std::mem::transmute::<*const u8, Code>(self.code.as_ptr()) }
