@@ -78,9 +78,7 @@ impl Workbench {
         let Some(search) = intact(&search) else { return Ok(None) };
         let written = search.lines().find_map(|line| line.strip_prefix("gait "));
         if written.is_some_and(|written| written != format!("{:016x}", fnv1a(&text))) {
-            let message = "is not the gait that was found and written here: it was changed since, or cut off";
-            let help = "move it away to have it found anew, or give another folder";
-            return Err(Diagnostic::error(message).in_file(&file).help(help));
+            return Err(was_changed(&file));
         }
         Ok(self.tried_again(asked, trial, (index, &text), search))
     }
@@ -113,6 +111,54 @@ impl Workbench {
         };
         Some((gait, optimum))
     }
+}
+
+/// The text of a gait that was found, with a hash of all that follows in its first line: what was changed since shows.
+pub(super) fn sealed(text: &str) -> String {
+    match text.split_once('\n') {
+        Some((head, rest)) => {
+            format!("{}, {}\n{rest}", head.trim_end_matches(BY).trim_end_matches(','), seal(rest) + BY)
+        }
+        None => text.to_owned(),
+    }
+}
+
+/// How first lines of found gaits end.
+const BY: &str = " by";
+/// How they begin.
+const FOUND: &str = "# Found";
+
+fn seal(rest: &str) -> String {
+    format!("rest {:016x}", fnv1a(rest))
+}
+
+/// That a file that is there already is a gait that a search wrote, as it wrote it. Files of earlier versions have no hash: they are taken as they are.
+///
+/// # Errors
+/// It is another file, or was changed since: somebody may want to keep it.
+pub fn may_be_replaced(path: &Path) -> Result<(), Diagnostic> {
+    // Devices and pipes have nothing to lose, and reading them may never end.
+    let Some(_) = std::fs::metadata(path).ok().filter(std::fs::Metadata::is_file) else { return Ok(()) };
+    let foreign = || {
+        let help = "give --out another name, or remove the file; nothing was written";
+        Diagnostic::error("is there already, and is no gait that a search wrote").in_file(path).help(help)
+    };
+    // What cannot be read cannot be told apart.
+    let text = std::fs::read_to_string(path).map_err(|_| foreign())?;
+    let (head, rest) = text.split_once('\n').unwrap_or((&text, ""));
+    match head.starts_with(FOUND) {
+        true if head.contains(", rest ") && !head.ends_with(&format!(", {}{BY}", seal(rest))) => {
+            Err(was_changed(path))
+        }
+        true => Ok(()),
+        false => Err(foreign()),
+    }
+}
+
+fn was_changed(path: &Path) -> Diagnostic {
+    let message = "is not the gait that was found and written here: it was changed since, or cut off";
+    let help = "move it away to have it found anew, or give another --out; nothing was written";
+    Diagnostic::error(message).in_file(path).help(help)
 }
 
 /// A file whose first line says that it is of this request.

@@ -11,7 +11,7 @@ mod wished;
 
 pub use closed_loop::{ClosedLoop, PhaseCourse, PhaseCourses};
 pub use explaining::{Event, Explained};
-pub use library::{gait_file, search_file};
+pub use library::{gait_file, may_be_replaced, search_file};
 pub use optimised::{OptimiseOptions, OptimisedGait, OptimisedGaits};
 pub use reach::Reach;
 pub use wished::Wished;

@@ -237,6 +237,7 @@ impl Workbench {
             let head = asked.head(index);
             let friction = wished.friction;
             let text = gait_text(asked.source, asked.form, asked.of, &optimum, (&head, friction))?;
+            let text = library::sealed(&text);
             let it = Tried { file: asked.file, text: &text, of: asked.of, optimum: &optimum, friction };
             let tried = self.progress.stage("walking", || self.tried(trial, &it));
             let lack = Lack::of((&wished, largest), &tried);

@@ -196,6 +196,25 @@ fn a_phase_variable_that_falls_is_refused_at_its_line() {
     assert!(!out.exists());
 }
 
+/// Parameters that were written into a found gait by hand, as docs/gaits.md says, and a file of a version without the hash.
+#[test]
+fn gaits_that_were_changed_by_hand_are_kept() {
+    let out = scratch("edited_file").join("walk.toml");
+    let asked = ["gait", "optimise", "robots/five_link", "--gait", "optimised", "--speed", "0.7"];
+    let search = || bipedc(&[&asked[..], &["--out", text(&out)]].concat());
+    search().ok();
+    let found = std::fs::read_to_string(&out).unwrap();
+    let edited = format!("{found}\n[parameters.lean]\nunit = \"rad\"\ndefault = 0.0\nbounds = [-0.2, 0.2]\n");
+    std::fs::write(&out, &edited).unwrap();
+    search().fails_with(&["walk.toml", "changed since, or cut off", "move it away"]);
+    assert_eq!(std::fs::read_to_string(&out).unwrap(), edited);
+    let (head, rest) = found.split_once('\n').unwrap();
+    let (before, _) = head.split_once(", rest ").expect("the hash of what follows");
+    std::fs::write(&out, format!("{before} by\n{rest}")).unwrap();
+    search().ok();
+    assert_eq!(std::fs::read_to_string(&out).unwrap(), found, "the same search, the same bytes");
+}
+
 #[test]
 fn files_that_no_search_wrote_are_kept() {
     let out = scratch("kept_file").join("mine.toml");

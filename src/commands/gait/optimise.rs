@@ -4,11 +4,10 @@ use crate::terminal::arguments::RobotArguments;
 use crate::terminal::failure::Outcome;
 use crate::terminal::output;
 use bipedc::gait::optimise::{Objective, Wishes};
-use bipedc::workbench::{OptimiseOptions, gait_file, search_file};
+use bipedc::workbench::{OptimiseOptions, gait_file, may_be_replaced, search_file};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::files::write_with_folders;
 use clap::{Args, ValueEnum};
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -106,8 +105,6 @@ enum MadeSmall {
     Transport,
 }
 
-/// How files of gaits begin that a search wrote.
-const FOUND: &str = "# Found";
 const DOES_NOT_WALK: u8 = 3;
 const NOT_FOUND: u8 = 4;
 
@@ -125,7 +122,7 @@ impl Optimise {
         }
         for &speed in &self.speed {
             ledger.writes_source("--out", &place(speed))?;
-            is_ours(&place(speed))?;
+            may_be_replaced(&place(speed))?;
         }
         let found = bench.optimise_gaits(
             &options,
@@ -224,23 +221,6 @@ impl Optimise {
             self.intervals
         )
     }
-}
-
-/// That a file that is there already is a gait that a search wrote.
-///
-/// # Errors
-/// It is another file, which somebody may want to keep.
-fn is_ours(path: &Path) -> Result<(), Diagnostic> {
-    let is_file = std::fs::metadata(path).is_ok_and(|of| of.is_file());
-    let Some(file) = std::fs::File::open(path).ok().filter(|_| is_file) else { return Ok(()) };
-    let mut head = Vec::new();
-    // What cannot be read cannot be told apart.
-    let read = file.take(FOUND.len() as u64).read_to_end(&mut head);
-    if read.is_ok() && head == FOUND.as_bytes() {
-        return Ok(());
-    }
-    let help = "give --out another name, or remove the file; nothing was written";
-    Err(Diagnostic::error("is there already, and is no gait that a search wrote").in_file(path).help(help))
 }
 
 fn write_found(path: &Path, text: &str) -> Result<(), Diagnostics> {
