@@ -58,7 +58,7 @@ impl Init {
         );
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
         let folder = folder.map_or_else(|| ".".to_owned(), |folder| folder.display().to_string());
-        let next = Typed::command("check").path(Path::new(&folder)).because("check its guesses, then");
+        let next = Typed::command("check").path(Path::new(&folder)).because("to check its guesses");
         output::written(&path, &next, self.json)?;
         Ok(ExitCode::SUCCESS)
     }

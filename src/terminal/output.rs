@@ -23,7 +23,7 @@ pub fn written(file: &Path, next: &NextStep, json: bool) -> io::Result<()> {
     if json {
         return print_json(&serde_json::json!({ "wrote": file.display().to_string(), "next": next.command }));
     }
-    print(&format!("wrote {}\nnext: {} {}\n", file.display(), next.why, next.command))
+    print(&format!("wrote {}\nnext, {}:\n  {}\n", file.display(), next.why, next.command))
 }
 
 /// Prints a value as JSON with a line end.

@@ -21,6 +21,8 @@ const CLOSE: f64 = 0.04;
 const BESIDE: usize = 40;
 /// Iterations of a search from nothing at least, before none is found.
 const PATIENCE: usize = 100;
+/// Beginnings near a given gait at most.
+const SEEDED: usize = 3;
 /// Searches at most.
 const MOST: usize = 24;
 
@@ -33,7 +35,7 @@ pub struct Reach {
     pub beyond: f64,
     /// Limits that the motion at `speed` meets and a usual one (`usual`) does not; where there are none, all that it meets.
     pub limits: Vec<String>,
-    /// m/s
+    /// Where the way began, m/s: a usual speed, or with --start the nearest at which a gait was found from there.
     pub usual: f64,
 }
 
@@ -51,7 +53,12 @@ impl fmt::Display for Reach {
     /// The nearest speed, the limits there, and what eases them.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { speed, beyond, limits, usual } = self;
-        writeln!(f, "\ngaits are found up to {speed:.3} m/s; at {beyond:.3} m/s none is")?;
+        // Searches end at what lies near their beginning: that none was found is no proof that there is none.
+        writeln!(
+            f,
+            "\nfrom {usual:.3} m/s on, the search came to {speed:.3} m/s; at {beyond:.3} m/s it found no gait, which is no proof that there is none: a --start from a gait at a speed \
+             nearby, or another --longest-step, may come further"
+        )?;
         if limits.is_empty() {
             return writeln!(f, "no single limit is met there");
         }
@@ -114,6 +121,18 @@ fn short_of(asked: &Asked<'_>, last: &Optimum, (speed, reach): (f64, Reach)) -> 
     }
 }
 
+/// Speeds at which the way to one may begin, m/s: a usual one; what is near a given gait is not known, and tried from the wished one on.
+fn beginnings(asked: &Asked<'_>, wished: f64) -> Vec<f64> {
+    let usual = USUAL * fall(asked);
+    if asked.seed.is_none() {
+        return vec![usual];
+    }
+    let factor = if wished > usual { FACTOR } else { FACTOR.recip() };
+    let nearer = std::iter::successors(Some(wished / factor), |speed| Some(speed / factor));
+    let nearer = nearer.take_while(|speed| (speed / usual).ln() * factor.ln() > CLOSE * CLOSE);
+    nearer.take(SEEDED).chain([usual]).collect()
+}
+
 impl Workbench {
     /// A gait at one of the speeds, or the nearest speed that there is one at; none: stopped.
     pub(super) fn found_at(
@@ -163,12 +182,16 @@ impl Workbench {
         iterations: &mut usize,
     ) -> Result<Way, Diagnostic> {
         let at = |speed: f64| Demands { speed, ..demands.clone() };
-        let usual = USUAL * fall(asked);
-        let first = self.search(asked, &at(usual), None, FirstGuess::Straight)?;
-        *iterations += first.iterations;
-        if !found(&first) {
-            return Ok(Way::Unknown);
+        let mut begun = None;
+        for speed in beginnings(asked, demands.speed) {
+            let first = self.search(asked, &at(speed), None, FirstGuess::Straight)?;
+            *iterations += first.iterations;
+            if found(&first) {
+                begun = Some((speed, first));
+                break;
+            }
         }
+        let Some((usual, first)) = begun else { return Ok(Way::Unknown) };
         let patience = PATIENCE.max(3 * first.iterations / 2);
         let begun = first.limits_met(asked.of, &at(usual));
         let whole = (demands.speed / usual).ln();

@@ -108,7 +108,8 @@ impl GaitBench {
             let help = "say `friction`, or leave it out of `keep`";
             return Err(Diagnostic::error(message).help(help));
         }
-        Ok(Kept { assumptions, friction, reserve: options.reserve.unwrap_or(RESERVE) })
+        let reserve = options.reserve.unwrap_or(RESERVE);
+        Ok(Kept { assumptions, friction, reserve, off_stops: reserve })
     }
 }
 

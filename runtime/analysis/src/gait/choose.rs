@@ -106,8 +106,9 @@ struct Reached {
 
 impl<'a> GaitModel<'a> {
     /// Computes all steps between the values of the grid; `None`: an end was asked for.
-    pub fn chooser(&self, settings: ChoiceSettings, watch: &Watch<'_>) -> Option<Chooser<'a, '_>> {
+    pub fn chooser(&self, mut settings: ChoiceSettings, watch: &Watch<'_>) -> Option<Chooser<'a, '_>> {
         let nodes = settings.choices.nodes();
+        settings.kept.off_stops = self.off_stops(&settings.usual, settings.kept.off_stops);
         let kept = settings.kept;
         let quiet = Watch { advance: &|_| (), stop: watch.stop };
         let mut halves = in_parallel(nodes.len(), &quiet, |job| self.half(&nodes[job], &kept).ok());
@@ -334,12 +335,28 @@ impl Chooser<'_, '_> {
                 .min_by(|a, b| (a.3 - wished).abs().total_cmp(&(b.3 - wished).abs()))
                 .map(|(node, .., speed)| (node, speed))
         };
-        let kept = nearest(&|node, hop, k| hop.keeps(now.k) && further_kept(node, k));
-        let kind = if kept.is_some() { ChoiceKind::Closest } else { ChoiceKind::Unkept };
-        let (node, speed) =
-            kept.or_else(|| nearest(&|node, _, k| further(node, k))).or_else(|| nearest(&|_, _, _| true))?;
-        let parameters = self.halves[node].parameters.clone();
-        Some(Choice { parameters, predicted: Some(speed), steps: None, kind })
+        let of_node = |(node, speed): (usize, f64), kind| {
+            let parameters = self.halves[node].parameters.clone();
+            Choice { parameters, predicted: Some(speed), steps: None, kind }
+        };
+        if let Some(kept) = nearest(&|node, hop, k| hop.keeps(now.k) && further_kept(node, k)) {
+            return Some(of_node(kept, ChoiceKind::Closest));
+        }
+        // Where limits cannot be kept, what is far from the usual breaks them by more.
+        let usual = self.trial(now, &self.settings.usual).filter(|usual| usual.next > 0.0);
+        if let Some(usual) = usual.filter(|usual| self.passes_on(&usual.half, usual.next)) {
+            return Some(usual.chosen(ChoiceKind::Unkept, None));
+        }
+        let passing = nearest(&|node, _, k| further(node, k)).or_else(|| nearest(&|_, _, _| true))?;
+        Some(of_node(passing, ChoiceKind::Unkept))
+    }
+
+    /// Whether a further step passes its dead centre after one with K at its own, whatever it keeps.
+    fn passes_on(&self, half: &Half, k: f64) -> bool {
+        let kept = &self.settings.kept;
+        let passes = |hop: Hop| hop.next(k).is_some_and(|next| next > 0.0);
+        let to = |to: &Half| self.gait.hop(half.mid_stance(), to, kept).is_ok_and(passes);
+        to(half) || self.halves.iter().any(to)
     }
 
     /// Distance of parameters, each relative to its range.

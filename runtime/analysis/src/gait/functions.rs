@@ -37,6 +37,15 @@ impl GaitSettings {
     pub(super) fn spare_joint(&self, q: &[f64]) -> f64 {
         spare_joint(&self.position_limits, q)
     }
+
+    /// The same as a part of half the way between the stops of each joint.
+    pub(super) fn spare_part(&self, q: &[f64]) -> f64 {
+        let joints = &q[q.len().saturating_sub(self.position_limits.len())..];
+        let spare = self.position_limits.iter().zip(joints).filter_map(|(limits, q)| {
+            limits.map(|[low, high]| 2.0 * (q - low).min(high - q) / (high - low).max(f64::MIN_POSITIVE))
+        });
+        spare.fold(f64::INFINITY, f64::min)
+    }
 }
 
 /// Smallest distance of the speeds of joints, the last of v, from their limits, rad/s or m/s; infinite without limits.

@@ -24,8 +24,10 @@ pub struct Kept {
     pub assumptions: Assumptions,
     /// Coulomb's coefficient; without one there is no limit of friction.
     pub friction: Option<f64>,
-    /// Part of each limit that is left over: of the coefficient of friction, of the efforts, of the weight as a force that pushes.
+    /// Part of each limit that is left over: of the coefficient of friction, of the efforts, of the weight as a force that pushes, of the speeds.
     pub reserve: f64,
+    /// Part of half the way between its stops that a joint stays off both.
+    pub off_stops: f64,
 }
 
 /// Energies between which everything is kept.
@@ -60,7 +62,7 @@ pub(super) const NEVER: Between = [f64::INFINITY, f64::NEG_INFINITY];
 impl GaitModel<'_> {
     /// Limits without a reserve, with the gait's coefficient of friction.
     pub fn keeping(&self, assumptions: Assumptions) -> Kept {
-        Kept { assumptions, friction: self.settings.friction, reserve: 0.0 }
+        Kept { assumptions, friction: self.settings.friction, reserve: 0.0, off_stops: 0.0 }
     }
 
     /// What is assumed of a walk that does not say it: feet push and, where a coefficient is known, do not slip; torques stay within the
@@ -140,7 +142,7 @@ impl GaitModel<'_> {
                 bound(&mut between, constant - slope * per_energy * potential, slope * per_energy);
             }
         }
-        if (clearance && self.scuffs(course, part)?) || (joints && self.stops(course, &phases)?) {
+        if (clearance && self.scuffs(course, part)?) || (joints && self.stops(course, &phases, kept)?) {
             return Ok(None);
         }
         Ok(Some(between).filter(|[low, high]| low < high))
@@ -228,14 +230,26 @@ impl GaitModel<'_> {
         Ok(false)
     }
 
-    /// Whether a joint gets to its stop.
-    fn stops(&self, course: &Course<'_, '_>, phases: &[f64]) -> Result<bool, Refusal> {
+    /// Whether a joint gets to its stop, or nearer than it may.
+    fn stops(&self, course: &Course<'_, '_>, phases: &[f64], kept: &Kept) -> Result<bool, Refusal> {
         for &phase in phases {
-            if beyond(self.settings.spare_joint(&course.surface(phase)?.q)) {
+            let q = course.surface(phase)?.q;
+            if beyond(self.settings.spare_joint(&q)) || beyond(self.settings.spare_part(&q) - kept.off_stops)
+            {
                 return Ok(true);
             }
         }
         Ok(false)
+    }
+
+    /// How far joints may be asked to stay off their stops, at most `reserve`: nine tenths of what steps after their own kind leave with these parameters. Where
+    /// the ground is lower than it should be, steps go on beyond their end, towards a stop.
+    pub(super) fn off_stops(&self, parameters: &[f64], reserve: f64) -> f64 {
+        let Ok(course) = self.steady_course(parameters) else { return 0.0 };
+        let [start, end] = course.ends();
+        let at = |k: usize| course.surface(start + (end - start) * k as f64 / FINE as f64);
+        let spare = |k: usize| at(k).map_or(0.0, |point| self.settings.spare_part(&point.q));
+        reserve.min(0.9 * (0..=FINE).map(spare).fold(f64::INFINITY, f64::min)).max(0.0)
     }
 
     /// Whether an impact keeps what is assumed, at whatever speed: its impulses grow with φ̇₋.
