@@ -100,3 +100,28 @@ fn a_form_becomes_a_gait_that_keeps_to_the_ground() {
     let speed = walked["walking_speed"].as_f64().unwrap();
     assert!(walked["walks"] == true && (speed - 0.7).abs() < 0.01, "{walked}");
 }
+
+/// A step of one phase on a whole sole: `gait new` writes a form that ends at a φ, and one with a guard is told so, without asking for more outputs.
+#[test]
+fn a_step_on_a_sole_ends_at_a_place_of_the_phase_variable() {
+    let folder = scratch("grounded-sole");
+    let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/seven_link_v1");
+    std::fs::copy(robot.join("robot.urdf"), folder.join("robot.urdf")).unwrap();
+    let described = std::fs::read_to_string(robot.join("biped.toml")).unwrap();
+    let (before, phases) = described.split_once("[[phase]]").unwrap();
+    let behind = phases.find("\n[").map_or("", |_| phases.rsplit("[[phase]]").next().unwrap());
+    let behind = behind.find("\n[").map_or("", |at| &behind[at..]);
+    let flat =
+        "[[phase]]\nname = \"flat\"\ncontacts = [\"right_foot\"]\nimpact = [\"left_foot\"]\nrelabel = true\n";
+    std::fs::write(folder.join("biped.toml"), format!("{before}{flat}{behind}")).unwrap();
+    let form = folder.join("form.toml");
+    bipedc(&["gait", "new", text(&folder), "--out", text(&form)]).ok();
+    let written = std::fs::read_to_string(&form).unwrap();
+    assert!(written.contains("\nend = ") && !written.contains("guard"), "{written}");
+    let end = written.lines().find(|line| line.starts_with("end = ")).unwrap();
+    let guard = "guard = { zero = \"left_foot_toe_z - right_foot_toe_z\", between = [0.1, 0.4] }";
+    std::fs::write(&form, written.replace(end, guard)).unwrap();
+    let step = ["gait", "step", text(&folder), "--gait", text(&form), "--speed", "0.8"];
+    let run = bipedc(&step).fails_with(&["does not stand on one point", "`end` instead of `guard`"]);
+    assert!(!run.err.contains("outputs for"), "{}", run.err);
+}

@@ -32,7 +32,8 @@ pub struct New {
     /// On two feet control the knees instead of the base's height and the feet: for robots whose legs get straight, where optimise says that a phase has no posture
     #[arg(long)]
     knees: bool,
-    /// For a step of one phase: its controller keeps friction and push of the foot as those of several phases do, instead of the outputs
+    /// For a step of one phase on a point: its controller keeps friction and push of the foot as those of several phases do, instead of the outputs; on a whole
+    /// sole it always does
     #[arg(long)]
     grounded: bool,
     /// Replace a file that is there

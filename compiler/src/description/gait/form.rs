@@ -1,6 +1,7 @@
 //! A first gait file for a robot that walks in the plane: phases, phase variables and outputs, without curves.
 use super::joint_names::JointNames;
 use super::legs::{bending, frames};
+use super::phase::is_one_point;
 use crate::description::geometry::{Frame, Vector, norm, subtract};
 use crate::description::model::{
     Base, Contact, ContactPart, Foot, Joint, JointKind, Phase, RobotDescription,
@@ -36,7 +37,9 @@ pub fn gait_form(of: &RobotDescription, wishes: FormWishes) -> Result<String, Di
     let robot = Walker { double: wishes.double, ..Walker::new(of)? };
     let phases = robot.phases()?;
     let alone = phases.len() == 1;
-    let guarded = alone && !wishes.grounded;
+    // On a flat foot no zero dynamics are made of a step that ends by a guard.
+    let on_points = |phase: &&Phase| [&phase.contacts, &phase.impact].iter().all(|on| is_one_point(of, on));
+    let guarded = alone && !wishes.grounded && phases.iter().all(on_points);
     let mut text = format!(
         "# The form of a gait of {}: what is controlled over what. Curves are still missing (`wanted = \"0\"`):\n#   bipedc gait optimise ROBOT \
          --gait THIS --speed V --out NEW.toml\n# finds them. docs/gaits.md explains every key. Any formula of joints, base_x, base_z, base_pitch and contact \

@@ -67,7 +67,10 @@ pub(super) fn read_phase(
     let unit = read_unit(section, messages);
     let variable = formula(section, "variable", VARIABLE, unit.as_deref(), names, messages);
     let outputs = read_outputs(section, names, messages);
-    check_number(section, outputs.len(), description, messages);
+    // How many outputs a phase needs depends on how it stands.
+    if phase.is_some() {
+        check_number(section, outputs.len(), description, messages);
+    }
     let guard = read_guard(section, names, messages);
     let impact_matching = section.boolean("impact_matching", messages).unwrap_or(true);
     let posture = read_posture(section, description, messages);
@@ -132,7 +135,8 @@ fn find_phase<'d>(
             "add impact and relabel = true in biped.toml",
         ))
     } else if !is_one_point(description, &phase.contacts) || !is_one_point(description, &phase.impact) {
-        Some(("does not stand on one point", "contacts and impact name one foot with one contact point each"))
+        let help = "on a whole sole a step ends at a φ: `end` instead of `guard` (`bipedc gait new` writes such a form); else contacts and impact name one foot with one contact point each";
+        Some(("does not stand on one point", help))
     } else {
         None
     };
@@ -146,7 +150,7 @@ fn find_phase<'d>(
 }
 
 /// Whether contacts are one point in all: the foot is pinned and may turn.
-fn is_one_point(description: &RobotDescription, contacts: &[Contact]) -> bool {
+pub(super) fn is_one_point(description: &RobotDescription, contacts: &[Contact]) -> bool {
     let [contact] = contacts else { return false };
     let foot = description.feet.iter().find(|foot| foot.name == contact.foot);
     match &contact.part {
