@@ -16,8 +16,8 @@ const KEPT_AT_LEAST: f64 = 0.75;
 /// The next cut-off is faster by this factor at least.
 const FASTER: f64 = 1.2;
 
-/// The slowest filter's cut-off (Hz), below that at which a search begins, behind which much less is left and nothing of the motion is taken off: then what
-/// is left behind the faster one is the encoders' noise, which looks like inertias. Else that cut-off.
+/// The slowest filter's cut-off (Hz), below that at which a search begins, behind which much less is left and nothing of the motion is taken off, or less and
+/// nothing but noise: then what is left behind the faster one is the encoders' noise, which looks like inertias. Else that cut-off.
 pub(super) fn slower_where_safe(measured: &Measured, request: &Request<'_>, cutoff: f64) -> f64 {
     let chosen = request.options.reading.cutoff_hz.is_some();
     if chosen || measured.content(&request.log) != Content::Efforts {
@@ -32,13 +32,15 @@ pub(super) fn slower_where_safe(measured: &Measured, request: &Request<'_>, cuto
     let Some(here) = logs.pop().flatten() else { return cutoff };
     let is_safe = |slower: &MotionExperiment<'_>| {
         let told = errors(slower, Some(slower), [&[], &[]]).rows;
+        let less = mean_error(slower, &[]) / mean_error(&here, &[]);
+        if told.values().all(|fall| fall.above_noise().is_none()) {
+            return less < 1.0;
+        }
         let alike = left_alike((slower, &here), &[], false);
         let parts = told.iter().filter_map(|(row, fall)| Some((alike.get(row)? / fall.told()).powi(2)));
         let parts: Vec<f64> = parts.filter(|part| part.is_finite()).collect();
         let mean = parts.iter().sum::<f64>() / parts.len().max(1) as f64;
-        mean_error(slower, &[]) < QUIETER * mean_error(&here, &[])
-            && mean > KEPT
-            && parts.iter().all(|part| *part > KEPT_AT_LEAST)
+        less < QUIETER && mean > KEPT && parts.iter().all(|part| *part > KEPT_AT_LEAST)
     };
     let safe = logs.iter().position(|log| log.as_ref().is_some_and(is_safe));
     safe.map_or(cutoff, |i| slower[i])

@@ -3,6 +3,7 @@ use super::Options;
 use super::judged::mean_error;
 use crate::measurements::{Loaded, Log, Measured};
 use crate::progress::Progress;
+use bipedc_analysis::diagnose::support::fading;
 use bipedc_analysis::diagnose::{self, Diagnosis, ErrorFall, Selected, errors};
 use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::measure;
@@ -121,13 +122,15 @@ impl<'m> Looks<'_, 'm> {
         Some((other, second))
     }
 
-    /// At a slower cut-off: where it leaves much less, `error`, or where what explains all behind this one leaves more than noise there. What needs
-    /// fewer numbers need not do as well behind a filter that lets the encoders' noise through: that looks like inertias.
+    /// At a slower cut-off: where it leaves much less, `error`, where what explains all behind this one leaves more than noise there, or where what is left
+    /// here of joints whose torque fades in noise is noise there. What needs fewer numbers need not do as well behind a filter that lets the encoders' noise through:
+    /// that looks like inertias.
     fn behind_a_slower_one(&self, cutoff: f64, error: f64) -> Option<Found<'m>> {
         let (first, answer) = (self.first, self.answer);
         let is_much_less = error < QUIETER * left(first, answer);
-        let is_hidden = LazyCell::new(|| !answer.unexplained && self.leaves_more_than_noise(cutoff));
-        if !is_much_less && !*is_hidden {
+        let is_hidden = LazyCell::new(|| !answer.unexplained && !self.leaves_noise(cutoff));
+        let fades = LazyCell::new(|| answer.unexplained && self.leaves_noise(cutoff) && self.suspects_fade());
+        if !is_much_less && !*is_hidden && !*fades {
             return None;
         }
         self.at(cutoff).filter(|(other, second)| {
@@ -137,17 +140,29 @@ impl<'m> Looks<'_, 'm> {
                     && (!second.leaves_structure() || answer.leaves_structure())
                     && (alike() || numbers(second) < numbers(answer))
             };
+            let as_well = || left(other, second) <= ALIKE * left(other, answer);
+            let needs_no_more = || numbers(second) <= numbers(answer);
             left(other, second) < left(other, answer) && (is_better() || !second.unexplained && *is_hidden)
+                || *fades && !second.unexplained && as_well() && needs_no_more()
         })
     }
 
-    /// Whether the answer leaves more than noise at a cut-off (Hz).
-    fn leaves_more_than_noise(&self, cutoff: f64) -> bool {
+    /// Whether the torque of a joint in which something is left fades as the cut-off doubles: there the encoders' noise makes up the model's torque.
+    fn suspects_fade(&self) -> bool {
+        let Ok(faster) = filtered(self.measured, self.request, 2.0 * self.first.train.cutoff_hz) else {
+            return false;
+        };
+        let fading = fading(&*self.first.train.experiment, &*faster.train.experiment, 1.0);
+        self.answer.suspects.iter().any(|suspect| fading.iter().any(|joint| joint.joint == *suspect))
+    }
+
+    /// Whether the answer leaves nothing but noise at a cut-off (Hz).
+    fn leaves_noise(&self, cutoff: f64) -> bool {
         let rows = |logs: &Filtered<'_>| -> Vec<String> {
             logs.train.experiment.rows().iter().map(|row| row.name.clone()).collect()
         };
         let other = filtered(self.measured, self.request, cutoff);
-        other.is_ok_and(|other| !is_noise(&other, self.answer, &rows(&other)))
+        other.is_ok_and(|other| is_noise(&other, self.answer, &rows(&other)))
     }
 
     /// At a faster cut-off, where something is left above the noise of joints that stick for a good part of the log.

@@ -267,7 +267,7 @@ fn unsupported(
     let mut both = parallel(2, |i| at([0.5 * cutoff, cutoffs[1]][i])).into_iter();
     let (Some(slower), Some(faster)) = (both.next(), both.next()) else { return Ok(Vec::new()) };
     let (slower, faster) = (slower?, faster?);
-    let fading = support::fading(&*train.experiment, &*faster.experiment);
+    let fading = support::fading(&*train.experiment, &*faster.experiment, support::LOUD);
     let mut messages: Vec<String> = fading.iter().map(|joint| joint.warning(cutoffs)).collect();
     if let Some(kept) = support::kept(&*slower.experiment, &*faster.experiment)
         && kept < support::KEEPS

@@ -13,6 +13,8 @@ const FADES: f64 = 0.25;
 /// At least this part of the loss must be what noise costs: as much as the squares of the model's torque grow by it (at three joints
 /// of free swings 0.31 to 0.36, of losses of 0.34). Friction that the fit beside it tells badly changes scales too, and no noise does that.
 const BY_NOISE: f64 = 0.7;
+/// A model's torque over the measurement's noise, from which on it is worth a warning that it fades.
+pub const LOUD: f64 = 3.0;
 /// Speed over which the sign of velocity is smoothed, rad/s.
 const SMOOTHING: f64 = 0.02;
 /// Fewest samples that say anything.
@@ -45,8 +47,8 @@ struct Scale {
 /// Joints whose measured torque loses the model's when the cut-off is raised. Both experiments are of the same log,
 /// `faster` with the higher cut-off (twice as high, say).
 ///
-/// Joints whose model predicts less torque than the measurement's noise are passed over.
-pub fn fading(slower: &dyn Experiment, faster: &dyn Experiment) -> Vec<Fading> {
+/// Joints whose model predicts less torque than `loud` times the measurement's noise are passed over.
+pub fn fading(slower: &dyn Experiment, faster: &dyn Experiment, loud: f64) -> Vec<Fading> {
     let rows = slower.rows();
     let fading = parallel(rows.len(), |index| {
         let row = &rows[index];
@@ -60,7 +62,7 @@ pub fn fading(slower: &dyn Experiment, faster: &dyn Experiment) -> Vec<Fading> {
         // Were the motion's noise all, factors would go with one over the squares.
         let by_noise = 1.0 - (a.own / b.own).powi(2);
         let noisier =
-            by_noise > BY_NOISE * (1.0 - b.factor / a.factor).min(1.0) && a.modelled > 3.0 * row.noise;
+            by_noise > BY_NOISE * (1.0 - b.factor / a.factor).min(1.0) && a.modelled > loud * row.noise;
         (fades && noisier).then(|| Fading {
             joint: row.joint.clone().unwrap_or_else(|| row.name.clone()),
             scale: a.factor,
@@ -301,12 +303,12 @@ mod tests {
     #[test]
     fn a_swing_without_drive_fades_and_a_driven_one_does_not() {
         // The drive's part is sin, rms 0.7 of its amplitude: scale 1 / (1 + (noise / driven)²).
-        let found = fading(&Pendulum::new(0.2, 0.1), &Pendulum::new(0.2, 0.3));
+        let found = fading(&Pendulum::new(0.2, 0.1), &Pendulum::new(0.2, 0.3), LOUD);
         assert_eq!(found.len(), 1);
         assert!((found[0].scale - 1.0 / 1.25).abs() < 0.01, "{found:?}");
         assert!((found[0].faster - 1.0 / 3.25).abs() < 0.01, "{found:?}");
         assert!(found[0].warning([10.0, 20.0]).contains("80 % show"));
-        assert!(fading(&Pendulum::new(3.0, 0.1), &Pendulum::new(3.0, 0.3)).is_empty());
+        assert!(fading(&Pendulum::new(3.0, 0.1), &Pendulum::new(3.0, 0.3), LOUD).is_empty());
     }
 
     #[test]
@@ -319,6 +321,6 @@ mod tests {
         }
         let [a, b] = [&driven, &other].map(|log| scale(log, 0).unwrap());
         assert!(b.factor < 0.6 * a.factor && b.own > 1.01 * a.own);
-        assert!(fading(&driven, &other).is_empty());
+        assert!(fading(&driven, &other, LOUD).is_empty());
     }
 }

@@ -15,6 +15,9 @@ use bipedc_effects::effect::Effect;
 /// Effects with a smaller share of the main rows' error are there for other rows.
 const ELSEWHERE: f64 = 0.01;
 
+/// Part of a row's error by which inertial corrections alone have to lower it where the description leaves noise.
+const SHOWS: f64 = 0.01;
+
 /// More of the weighted squared error than that is no chance.
 const CHANCE: f64 = 4.0;
 
@@ -67,7 +70,8 @@ impl Conclusion<'_> {
         let judge = validation.unwrap_or(train);
         let counts = |sample: usize, n: usize| validation.is_some() || is_held_out(sample, n);
         let effects = &self.settled.refined.effects;
-        let all = self.settled.all();
+        let shows = self.corrections_show(train, validation);
+        let all = if shows { self.settled.all() } else { Vec::new() };
         let standing = self.regression.standing.len();
         let steps = self.sequence(judge, &counts);
         let order: Vec<usize> = {
@@ -82,7 +86,9 @@ impl Conclusion<'_> {
         }
         diagnosis.standing = (0..standing).map(|k| self.found(k, 0.0)).collect();
         diagnosis.steps = steps.into_iter().map(|(_, step)| step).collect();
-        diagnosis.inertial_corrections.clone_from(&self.settled.corrections);
+        if shows {
+            diagnosis.inertial_corrections.clone_from(&self.settled.corrections);
+        }
         if self.settled.impossible {
             diagnosis.warnings.push(
                 "inertial corrections were left out: no physically possible ones near the estimate were found"
@@ -102,6 +108,20 @@ impl Conclusion<'_> {
         diagnosis.acts_on = diagnosis.effects.iter().map(|found| acts_on(train, &found.effect)).collect();
         diagnosis.rejected = self.rejected(&diagnosis);
         diagnosis
+    }
+
+    /// Whether inertial corrections are worth telling: beside effects, where the description leaves more than noise, or where some row's held-out error falls by
+    /// them. Else what they fit is the encoders' noise in accelerations, of which long logs have enough to tell them from nothing.
+    fn corrections_show(&self, train: &dyn Experiment, validation: Option<&dyn Experiment>) -> bool {
+        let asked = self.regression.free || !self.settled.refined.effects.is_empty();
+        if asked || self.settled.corrections.is_empty() {
+            return true;
+        }
+        let all = self.settled.all();
+        let falls = errors(train, validation, [&[], &all]).rows;
+        let described = errors(train, validation, [&[], &[]]).rows;
+        described.values().any(|fall| fall.above_noise().is_some())
+            || falls.values().any(|fall| fall.after < (1.0 - SHOWS) * fall.before)
     }
 
     /// Shares of the held-out squared error, and errors, as the effects entered one after the other.
