@@ -189,3 +189,14 @@ fn the_loop_by_itself_ends_with_nothing_missing() {
     assert!(steps.len() == 1 && steps[0]["changes"].to_string().contains(JOINT), "{steps:?}");
     assert_eq!(run["last"]["effects"].as_array().map(Vec::len), Some(0));
 }
+
+/// A log of 250 Hz holds nothing above 125 Hz; delays of a sampling step were found behind such a filter.
+#[test]
+fn a_cutoff_that_the_sampling_does_not_have_is_refused_everywhere() {
+    let words = ["the cut-off of 500 Hz is not below half the sampling rate of", "choose a cut-off between"];
+    for command in ["compare", "diagnose", "identify"] {
+        bipedc(&[command, "robots/tulip", TRAIN, "--cutoff", "500"]).fails_with(&words);
+    }
+    // The judge is a log too.
+    bipedc(&["diagnose", "robots/tulip", TRAIN, "--validate", OTHER, "--cutoff", "500"]).fails_with(&words);
+}

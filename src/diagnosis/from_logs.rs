@@ -133,6 +133,9 @@ pub fn estimate(
 
 fn answer(request: &Request<'_>, work: Work<'_>) -> Result<Diagnosed, Diagnostics> {
     let Request { robot, options, progress, .. } = request;
+    for log in [Some(&request.log), request.validate.as_ref()].into_iter().flatten() {
+        measure::has_filter(log, &options.reading)?;
+    }
     let mut measured = progress.stage("deriving", || Measured::new(robot))?;
     measured.with_joints = options.with_joints;
     let cutoff = progress.stage("reading", || measured.cutoff(&request.log, &options.reading))?;
