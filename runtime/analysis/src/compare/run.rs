@@ -319,7 +319,8 @@ impl Run<'_> {
         let of_row = |joint: usize| {
             let left = &best.left[joint];
             let both = self.noise[joint].hypot(of_motion[joint]);
-            residual_noise(&left.residual, || left.velocity.clone()).map_or(both, |heard| heard.max(both))
+            residual_noise(&left.residual, || left.velocity.clone(), best.sums[joint].logged_rms())
+                .map_or(both, |heard| heard.max(both))
         };
         let rows = self.noise.len().min(of_motion.len());
         Ok(parallel(rows, of_row))
