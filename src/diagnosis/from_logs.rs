@@ -271,7 +271,7 @@ fn unsupported(
     let (Some(slower), Some(faster)) = (both.next(), both.next()) else { return Ok(Vec::new()) };
     let (slower, faster) = (slower?, faster?);
     let fading = support::fading(&*train.experiment, &*faster.experiment);
-    let mut messages: Vec<String> = fading.iter().map(|joint| joint.warning(cutoffs)).collect();
+    let mut messages: Vec<String> = support::warning(&fading, cutoffs).into_iter().collect();
     if let Some(kept) = support::kept(&*slower.experiment, &*faster.experiment)
         && kept < support::KEEPS
     {
