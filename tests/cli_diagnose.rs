@@ -200,3 +200,15 @@ fn a_cutoff_that_the_sampling_does_not_have_is_refused_everywhere() {
     // The judge is a log too.
     bipedc(&["diagnose", "robots/tulip", TRAIN, "--validate", OTHER, "--cutoff", "500"]).fails_with(&words);
 }
+
+/// Contacts are no reason to be sure of a second and a half.
+#[test]
+fn so_little_of_a_log_with_contacts_is_said() {
+    let log = "tests/data/examples/swaying/train.csv.gz";
+    let answer = bipedc(&["diagnose", "robots/tulip", log, "--to", "2", "--json"]).ok().json();
+    let warned = answer["warnings"].as_array().unwrap().iter().any(|warning| {
+        let said = warning.as_str().unwrap();
+        said.contains("the log has only 1.") && said.contains("estimates from it are hardly supported")
+    });
+    assert!(warned, "{}", answer["warnings"]);
+}

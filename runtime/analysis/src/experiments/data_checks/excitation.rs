@@ -23,16 +23,19 @@ fn range(evidence: &Evidence<'_>, joint: usize) -> f64 {
     quantile(&mut q, 0.99) - quantile(&mut q, 0.01)
 }
 
+/// A warning about a log of which so much motion is looked at, s.
+pub(in crate::experiments) fn short(duration: f64) -> Option<Diagnostic> {
+    let decimals = if duration < 1.0 { 2 } else { 1 };
+    let message =
+        format!("the log has only {duration:.decimals$} s of motion: estimates from it are hardly supported");
+    let warning = Diagnostic::warning(message).help("record at least 20 s in which all joints move");
+    (duration < SHORT).then_some(warning)
+}
+
 /// Warnings about joints whose effects cannot be told apart.
 pub(super) fn check(evidence: &Evidence<'_>) -> Vec<Diagnostic> {
-    let mut found = Vec::new();
     let r = evidence.recording;
-    let duration = r.time.len() as f64 * r.step;
-    if duration < SHORT {
-        let message =
-            format!("the log has only {duration:.1} s of motion: estimates from it are hardly supported");
-        found.push(Diagnostic::warning(message).help("record at least 20 s in which all joints move"));
-    }
+    let mut found: Vec<Diagnostic> = short(r.time.len() as f64 * r.step).into_iter().collect();
     let (mut still, mut one_way) = (Vec::new(), Vec::new());
     for (joint, (name, prismatic)) in evidence.joints.iter().enumerate() {
         if r.effort[joint].is_none() {
