@@ -55,13 +55,17 @@ pub(super) fn check(evidence: &Evidence<'_>) -> Vec<Diagnostic> {
         found.push(Diagnostic::warning(message).help(help));
     }
     if !one_way.is_empty() {
-        let message = format!(
-            "{} moves in one direction only: Coulomb friction cannot be told from bias there",
-            list(one_way)
-        );
+        let message = moving_one_way(&one_way);
         found.push(Diagnostic::warning(message).help("record a motion that goes to and fro"));
     }
     found
+}
+
+/// Of joints, in words.
+fn moving_one_way(joints: &[&str]) -> String {
+    let verb = if joints.len() == 1 { "moves" } else { "move" };
+    let joints = list(joints.iter().copied());
+    format!("{joints} {verb} in one direction only: Coulomb friction cannot be told from bias there")
 }
 
 enum Excitation {
@@ -82,4 +86,15 @@ fn motion(evidence: &Evidence<'_>, joint: usize, kind: usize) -> Excitation {
     let forth = part(v.iter().filter(|v| **v > moving).count());
     let back = part(v.iter().filter(|v| **v < -moving).count());
     if forth.min(back) < ONE_WAY { Excitation::OneWay } else { Excitation::Enough }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::moving_one_way;
+
+    #[test]
+    fn several_joints_move() {
+        assert!(moving_one_way(&["a"]).starts_with("`a` moves in one direction"));
+        assert!(moving_one_way(&["a", "b"]).starts_with("`a`, `b` move in one direction"));
+    }
 }
