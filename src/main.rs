@@ -4,7 +4,7 @@ mod terminal;
 
 use clap::{Command, CommandFactory, FromArgMatches, Parser};
 use std::process::ExitCode;
-use terminal::{failure, interruption, output};
+use terminal::{assignments, failure, interruption, output};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -44,9 +44,10 @@ fn command() -> Command {
 }
 
 fn main() -> ExitCode {
-    let cli = match Cli::from_arg_matches(&command().get_matches()) {
+    let read = command().try_get_matches().and_then(|matches| Cli::from_arg_matches(&matches));
+    let cli = match read {
         Ok(cli) => cli,
-        Err(error) => error.exit(),
+        Err(error) => assignments::explained(error).exit(),
     };
     bipedc_effects::input::keep_pipes();
     match interruption::watch().map_err(failure::Failure::from).and_then(|()| cli.command.run()) {

@@ -126,6 +126,19 @@ fn wrong_effects_are_refused_and_nothing_is_written() {
     refused(&["--from", "robots/tulip/biped.toml"], &["is no diagnosis", "biped.toml"]);
 }
 
+/// A second assignment behind one `--set` was an unexpected argument, or a log that is not there.
+#[test]
+fn several_values_behind_one_option_are_explained() {
+    let folder = robot("amend_several");
+    let before = files(&folder);
+    for stray in [&["b=2"][..], &["b=2", "c=3"]] {
+        let run = friction(&folder, "0.4", stray);
+        assert!(run.code != Some(0) && run.err.contains("needs its own --set"), "{}", run.err);
+        assert!(run.err.contains("--set a=1,b=2"), "{}", run.err);
+    }
+    assert_eq!(files(&folder), before);
+}
+
 #[test]
 fn unusual_values_are_warned_of() {
     let folder = robot("amend_unusual");

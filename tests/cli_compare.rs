@@ -247,6 +247,22 @@ fn everything_measured_is_compared() {
     }
 }
 
+/// Degrees read as radians leave what looks like noise and is many times what was measured: it was called noise.
+#[test]
+fn what_is_left_is_no_noise_where_it_is_more_than_was_measured() {
+    let folder = scratch("compare_degrees");
+    let mapping = folder.join("degrees.toml");
+    let scale = "\"{joint}/position\" = { column = \"{joint}/position\", scale = 57.29578 }\n";
+    std::fs::write(&mapping, scale).unwrap();
+    let run = bipedc(&["compare", "robots/tulip", LOG, "--mapping", text(&mapping), "--json"]).ok().json();
+    for row in run["channels"].as_array().unwrap() {
+        let [rms, relative, noise] =
+            ["rms", "relative", "noise"].map(|key| row[key].as_f64().unwrap_or(f64::NAN));
+        let measured = rms / relative;
+        assert!(relative < 1.5 || noise < 1.01 * measured, "{measured} measured: {row}");
+    }
+}
+
 /// A pendulum with dry friction, and a log of it.
 fn pendulum(folder: &Path) -> (String, String) {
     let urdf = r#"<robot name="pendulum"><link name="base"/><link name="rod"><inertial><origin xyz="0 0 -0.2"/>

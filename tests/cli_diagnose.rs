@@ -189,3 +189,26 @@ fn the_loop_by_itself_ends_with_nothing_missing() {
     assert!(steps.len() == 1 && steps[0]["changes"].to_string().contains(JOINT), "{steps:?}");
     assert_eq!(run["last"]["effects"].as_array().map(Vec::len), Some(0));
 }
+
+/// A log of 250 Hz holds nothing above 125 Hz; delays of a sampling step were found behind such a filter.
+#[test]
+fn a_cutoff_that_the_sampling_does_not_have_is_refused_everywhere() {
+    let words = ["the cut-off of 500 Hz is not below half the sampling rate of", "choose a cut-off between"];
+    for command in ["compare", "diagnose", "identify"] {
+        bipedc(&[command, "robots/tulip", TRAIN, "--cutoff", "500"]).fails_with(&words);
+    }
+    // The judge is a log too.
+    bipedc(&["diagnose", "robots/tulip", TRAIN, "--validate", OTHER, "--cutoff", "500"]).fails_with(&words);
+}
+
+/// Contacts are no reason to be sure of a second and a half.
+#[test]
+fn so_little_of_a_log_with_contacts_is_said() {
+    let log = "tests/data/examples/swaying/train.csv.gz";
+    let answer = bipedc(&["diagnose", "robots/tulip", log, "--to", "2", "--json"]).ok().json();
+    let warned = answer["warnings"].as_array().unwrap().iter().any(|warning| {
+        let said = warning.as_str().unwrap();
+        said.contains("the log has only 1.") && said.contains("estimates from it are hardly supported")
+    });
+    assert!(warned, "{}", answer["warnings"]);
+}

@@ -123,6 +123,25 @@ fn proposed_mappings_are_right() {
     }
 }
 
+/// Commands take one mapping file: what is proposed beside one that was given holds both.
+#[test]
+fn a_mapping_that_was_given_is_part_of_what_is_proposed() {
+    let plotjuggler = |name: &str| match name.contains('/') {
+        true => format!("/joint_states/{name}"),
+        false => "__time".to_owned(),
+    };
+    let (log, whole) = renamed("log_merged", &plotjuggler);
+    let (part, both) = (log.with_file_name("part.toml"), log.with_file_name("both.toml"));
+    let pattern = "time = \"__time\"\n\"{joint}/position\" = \"/joint_states/{joint}/position\"\n";
+    std::fs::write(&part, pattern).unwrap();
+    let told = bipedc(&["log", text(&log), "--robot", "robots/tulip", "--mapping", text(&part)]).ok();
+    assert!(told.out.contains("As part.toml says") && told.out.contains("time = \"__time\""), "{}", told.out);
+    let given = ["--mapping", text(&part), "--out", text(&both)];
+    bipedc(&[&["log", text(&log), "--robot", "robots/tulip"], &given[..]].concat()).ok();
+    let expected = channels(text(&log), &["--mapping", text(&whole)]);
+    assert_eq!(channels(text(&log), &["--mapping", text(&both)]), expected);
+}
+
 /// Degrees, milliampere, milliseconds: what names and steps say of units is in the mapping.
 #[test]
 fn units_are_mapped() {

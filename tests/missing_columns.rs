@@ -38,6 +38,9 @@ fn a_joint_that_nobody_saw_is_held_against_no_model() {
     let (said, answer) = (answer.err.clone(), answer.json());
     let rows: BTreeSet<&str> = answer["rows"].as_object().unwrap().keys().map(String::as_str).collect();
     assert_eq!(rows, compared, "{}", answer["summary"]);
+    let told = format!("effort ({} of 12 joints; not looked at: ", rows.len());
+    let summary = answer["summary"].as_str().unwrap();
+    assert!(summary.contains(&told) && summary.contains(&format!("`{UNSEEN}`")), "{summary}");
     let effects = answer["effects"].as_array().unwrap();
     let kinds: Vec<&Value> = effects.iter().map(|found| &found["kind"]).collect();
     assert_eq!(kinds, ["coulomb_friction"], "{}", answer["summary"]);

@@ -15,6 +15,33 @@ fn readme() -> String {
     fs::read_to_string(project().join("README.md")).unwrap()
 }
 
+/// The pages speak of as many logs as the scoreboard has: three of them had three other numbers.
+#[test]
+fn pages_agree_with_the_scoreboard() {
+    let page = |name: &str| fs::read_to_string(project().join("docs").join(name)).unwrap();
+    let (board, diagnosis) = (page("scoreboard.md"), page("diagnosis.md"));
+    let told = |after: &str| {
+        let rest = board.split(after).nth(1).unwrap_or_else(|| panic!("no `{after}` on the scoreboard"));
+        rest.split(['(', ',', '\n']).next().unwrap().trim().to_owned()
+    };
+    let spurious = told("- spurious effects: ");
+    let cases = spurious.split(' ').nth(2).unwrap();
+    assert!(readme().contains(&format!("right on {cases} logs")), "README.md: {cases}");
+    let rows = [
+        format!("scoreboard.md) scores {cases} simulated robots"),
+        format!("| kind, place and parameters right | {} (", told("kind, place and parameters right: ")),
+        format!("| spurious effects | {spurious} |"),
+        format!("| clean logs without a claim | {} |", told("without a claim (wanted: all): ")),
+        format!(
+            "| error at most 1.1 times the true model's | {} (",
+            told("held-out error at most 1.1 times that of the true model: ")
+        ),
+    ];
+    for row in rows {
+        assert!(diagnosis.contains(&row), "docs/diagnosis.md has no `{row}`");
+    }
+}
+
 /// Blocks of commands of a program, line by line without what is said of them.
 fn commands(program: &str) -> Vec<String> {
     let readme = readme();

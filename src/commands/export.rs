@@ -31,7 +31,7 @@ pub struct Export {
     #[arg(value_name = "ROBOT")]
     path: PathBuf,
     /// URDF to write
-    #[arg(long, value_name = "OUT.urdf", required_unless_present = "mjcf")]
+    #[arg(long, value_name = "OUT.urdf")]
     urdf: Option<PathBuf>,
     /// MuJoCo model to write
     #[arg(long, value_name = "OUT.xml")]
@@ -71,6 +71,10 @@ struct Kept {
 impl Export {
     /// Reads, rewrites, writes.
     pub fn run(self) -> Outcome {
+        if self.urdf.is_none() && self.mjcf.is_none() {
+            let error = Diagnostic::error("nothing was said to be written");
+            return Err(error.help("give --urdf OUT.urdf, --mjcf OUT.xml or both").into());
+        }
         let bench = Workbench::open(&self.path)?;
         output::diagnostics(&bench.robot().warnings);
         let mut ledger = bench.ledger();
@@ -85,8 +89,7 @@ impl Export {
         let (mut json, mut words) = (Json::default(), String::new());
         if let (Some(file), Some(exported)) = (&self.urdf, urdf) {
             write(file, &exported.urdf)?;
-            let (links, joints) = (count(&exported.links, "link"), count(&exported.joints, "joint"));
-            words += &format!("wrote {}: other numbers for {links}; {joints}\n", file.display());
+            words += &format!("wrote {}: {}\n", file.display(), changed(&exported.links, &exported.joints));
             let (links, joints) = (Some(exported.links), Some(exported.joints));
             let left_out = left_out("a URDF", &exported.left_out);
             let kept = Some(kept(&exported.kept));
@@ -150,10 +153,30 @@ fn kept(dynamics: &[(String, JointDynamics)]) -> Vec<Kept> {
     dynamics.iter().map(one).collect()
 }
 
-fn count(names: &[String], what: &str) -> String {
-    match names {
-        [] => format!("no {what}s"),
-        [one] => format!("{what} {one}"),
-        several => format!("{what}s {}", several.join(", ")),
+/// Links and joints of which numbers are others than in the URDF, in words.
+fn changed(links: &[String], joints: &[String]) -> String {
+    let told = |what: &str, names: &[String]| match names {
+        [] => None,
+        [one] => Some(format!("{what} {one}")),
+        several => Some(format!("{what}s {}", several.join(", "))),
+    };
+    let both: Vec<String> = [told("link", links), told("joint", joints)].into_iter().flatten().collect();
+    match both.is_empty() {
+        true => "all numbers are those of the URDF".to_owned(),
+        false => format!("other numbers for {}", both.join("; ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::changed;
+
+    #[test]
+    fn what_did_not_change_is_not_listed() {
+        let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+        assert_eq!(changed(&[], &[]), "all numbers are those of the URDF");
+        assert_eq!(changed(&[], &names(&["knee"])), "other numbers for joint knee");
+        let both = changed(&names(&["shin", "thigh"]), &names(&["knee"]));
+        assert_eq!(both, "other numbers for links shin, thigh; joint knee");
     }
 }

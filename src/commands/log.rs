@@ -4,8 +4,9 @@ use crate::terminal::output;
 use bipedc::Workbench;
 use bipedc::inventory::{Inventory, Robot, examine, rewrite};
 use bipedc_analysis::log::Mapping;
-use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::files::{Ledger, write};
+use bipedc_effects::input::read_to_string;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -72,10 +73,10 @@ impl Log {
         if self.json {
             output::print_json(&found)?;
         } else {
-            output::print(&format!("{found}{}", self.proposed(&found)))?;
+            output::print(&format!("{found}{}", self.proposed(&found)?))?;
         }
         if let Some(out) = &self.out {
-            write(out, &writable(&found)?)?;
+            write(out, &self.writable(&found)?)?;
             output::remark(&format!("wrote {}: check it", out.display()));
         }
         if let Some(out) = &self.csv {
@@ -101,40 +102,61 @@ impl Log {
     }
 
     /// The mapping file, and what to do with it.
-    fn proposed(&self, found: &Inventory) -> String {
+    fn proposed(&self, found: &Inventory) -> Result<String, Diagnostics> {
         let entries = found.proposal.entries.len();
         let strange = found.columns.iter().any(|column| column.taken_as.is_none());
         if self.robot.is_none() && strange {
-            return format!(
+            return Ok(format!(
                 "next: bipedc log {} --robot ROBOT proposes names for the columns\n",
                 self.file.display()
-            );
+            ));
         }
         if entries == 0 {
-            return String::new();
+            return Ok(String::new());
         }
         let robot = self.robot.as_deref().unwrap_or(Path::new("ROBOT")).display();
         let log = self.file.display();
         if !found.has_header {
-            return format!(
+            return Ok(format!(
                 "\nnext: bipedc log {log} --robot {robot} --csv OUT.csv writes it under these names\n"
-            );
+            ));
         }
         let next =
             |mapping: &Path| format!("next: bipedc compare {robot} {log} --mapping {}\n", mapping.display());
-        match &self.out {
+        Ok(match &self.out {
             Some(out) => format!("\n{}", next(out)),
             None => format!(
-                "\na mapping file for {entries} columns (--out FILE.toml writes it):\n\n{}\n{}",
-                found.mapping(),
+                "\na mapping file for {entries} columns{} (--out FILE.toml writes it):\n\n{}\n{}",
+                self.mapping.as_ref().map_or("", |_| " beside those that are mapped"),
+                self.merged(found)?,
                 next(Path::new("FILE.toml"))
             ),
-        }
+        })
+    }
+
+    /// The mapping file that is proposed, with all that the given one says: other commands take one.
+    fn merged(&self, found: &Inventory) -> Result<String, Diagnostics> {
+        let Some(file) = &self.mapping else { return Ok(found.mapping()) };
+        let given = read_to_string(file).map_err(|error| {
+            Diagnostic::error(format!("cannot read the mapping file: {error}")).in_file(file)
+        })?;
+        let name = file.file_name().unwrap_or_default().to_string_lossy().replace(char::is_control, " ");
+        // Tables of the given file would take lines behind them for theirs.
+        Ok(format!("{}\n# As {name} says:\n{given}", found.mapping()))
+    }
+
+    /// The text of the mapping file, if there is one to write.
+    fn writable(&self, found: &Inventory) -> Result<String, Diagnostics> {
+        can_be_mapped(found)?;
+        let text = self.merged(found)?;
+        // Nobody is to find out later that both say something of one column.
+        Mapping::parse(self.out.as_deref().unwrap_or(Path::new("FILE.toml")), &text)?;
+        Ok(text)
     }
 }
 
-/// The text of the mapping file, if there is one to write.
-fn writable(found: &Inventory) -> Result<String, Diagnostic> {
+/// Refuses a log of which nothing could be written into a mapping file.
+fn can_be_mapped(found: &Inventory) -> Result<(), Diagnostic> {
     let refused = |message: &str, help: &str| {
         Err(Diagnostic::error(message).in_file(Path::new(&found.file)).at(1, 0).help(help))
     };
@@ -150,5 +172,5 @@ fn writable(found: &Inventory) -> Result<String, Diagnostic> {
             help,
         );
     }
-    Ok(found.mapping())
+    Ok(())
 }

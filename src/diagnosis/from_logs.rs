@@ -133,6 +133,9 @@ pub fn estimate(
 
 fn answer(request: &Request<'_>, work: Work<'_>) -> Result<Diagnosed, Diagnostics> {
     let Request { robot, options, progress, .. } = request;
+    for log in [Some(&request.log), request.validate.as_ref()].into_iter().flatten() {
+        measure::has_filter(log, &options.reading)?;
+    }
     let mut measured = progress.stage("deriving", || Measured::new(robot))?;
     measured.with_joints = options.with_joints;
     let cutoff = progress.stage("reading", || measured.cutoff(&request.log, &options.reading))?;
@@ -268,7 +271,7 @@ fn unsupported(
     let (Some(slower), Some(faster)) = (both.next(), both.next()) else { return Ok(Vec::new()) };
     let (slower, faster) = (slower?, faster?);
     let fading = support::fading(&*train.experiment, &*faster.experiment, support::LOUD);
-    let mut messages: Vec<String> = fading.iter().map(|joint| joint.warning(cutoffs)).collect();
+    let mut messages: Vec<String> = support::warning(&fading, cutoffs).into_iter().collect();
     if let Some(kept) = support::kept(&*slower.experiment, &*faster.experiment)
         && kept < support::KEEPS
     {

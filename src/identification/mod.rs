@@ -118,6 +118,9 @@ pub fn identify(
     if logs.is_empty() {
         return Err(Diagnostic::error("no log was given").help("give at least one that teaches").into());
     }
+    for log in logs.iter().copied().chain(judge) {
+        measure::has_filter(log, &options.reading)?;
+    }
     let asked_hz = options.reading.cutoff_hz;
     let any_cutoff = asked_hz.is_none();
     let options = &options.clone().with_cutoff();

@@ -1,5 +1,6 @@
 //! What all commands share: arguments, printing, pages, progress, Ctrl-C, failures.
 pub mod arguments;
+pub mod assignments;
 pub mod failure;
 pub mod interruption;
 pub mod next;

@@ -5,6 +5,11 @@ use bipedc_compiler::Robot;
 use bipedc_compiler::tree::as_built;
 
 #[test]
+fn an_export_of_nothing_names_what_there_is() {
+    bipedc(&["export", "robots/tulip"]).fails_with(&["--urdf OUT.urdf", "--mjcf OUT.xml"]);
+}
+
+#[test]
 fn bodies_and_friction_are_written_and_the_rest_stays() {
     let folder = robot("export");
     let amend = |words: &[&str]| {

@@ -242,6 +242,7 @@ fn options_without_meaning_are_refused() {
     refused(&["--coupled", "a"], &["--coupled"]);
     refused(&["--weight", "-1"], &["--weight"]);
     refused(&["--cutoff", "0"], &["--cutoff"]);
+    refused(&["--cutoff", "500"], &["the cut-off of 500 Hz is not below half the sampling rate of"]);
     refused(&["--row-cutoff", "1e-9"], &["0.05 at least"]);
     refused(&["--row-cutoff", "5", "--decimate", "4"], &["--decimate or --row-cutoff"]);
     refused(&["--center", "x=1,2"], &["--center"]);

@@ -2,6 +2,7 @@
 mod parse;
 mod text;
 
+use crate::terminal::assignments;
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output;
 use crate::terminal::progress::Bars;
@@ -116,6 +117,7 @@ impl Amend {
         if self.undo {
             return self.take_back();
         }
+        self.log.as_deref().map_or(Ok(()), assignments::refuse)?;
         let proposal = self.proposal()?;
         if proposal.effects.is_empty() {
             output::print("the diagnosis found no missing effect: nothing to add\n")?;

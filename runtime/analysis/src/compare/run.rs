@@ -8,13 +8,13 @@ use crate::log::{Block, Blocks, Log, MOST_GAPS, Reader, Sampling};
 use crate::measure::Options;
 use crate::measure::acceleration_noise::AccelerationNoise;
 use crate::measure::columns::{JointColumns, Plan};
-use crate::measure::filtered::{cut, unusable};
+use crate::measure::filtered::{cut, in_hertz, no_filter, reason, unusable};
 use crate::measure::noise::white_noise;
 use crate::measure::residual_noise::residual_noise;
 use crate::measure::trajectory::{Even, States};
 use crate::parallel::parallel;
 use crate::robot::{Batch, InverseDynamics, JointLayout, depends_on};
-use crate::signal::{Butterworth, FilterError};
+use crate::signal::Butterworth;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use std::path::{Path, PathBuf};
 
@@ -188,7 +188,7 @@ fn candidates(
     let tried = options.cutoff_hz.map_or_else(|| options.candidates.clone(), |c| vec![c]);
     let mut candidates = Vec::new();
     let mut refused = Vec::new();
-    let mut reason = String::new();
+    let mut why = String::new();
     for cutoff_hz in tried {
         match Butterworth::new(cutoff_hz, rate) {
             Ok(filter) => {
@@ -200,31 +200,18 @@ fn candidates(
                 });
             }
             Err(error) => {
-                refused.push(format!("{cutoff_hz} Hz"));
-                reason = match error {
-                    FilterError::OutOfRange => {
-                        format!("not below half the sampling rate of {} Hz", hertz(rate))
-                    }
-                    FilterError::TooLow => {
-                        format!("less than a ten-thousandth of the sampling rate of {} Hz", hertz(rate))
-                    }
-                };
+                refused.push(cutoff_hz);
+                why = reason(error, rate);
             }
         }
     }
     if candidates.is_empty() {
-        return Err(Diagnostic::error(format!("the cut-off of {} is {reason}", refused.join(", ")))
-            .help("choose a cut-off between the robot's motion and half the sampling rate"));
+        return Err(no_filter(&refused, &why));
     }
     if !refused.is_empty() {
-        plan.assumptions.push(format!("cut-offs not tried because {reason}: {}", refused.join(", ")));
+        plan.assumptions.push(format!("cut-offs not tried because {why}: {}", in_hertz(&refused)));
     }
     Ok(candidates)
-}
-
-/// With digits that say something, however slow.
-fn hertz(rate: f64) -> String {
-    if rate < 1e-3 { format!("{rate:.3e}") } else { format!("{rate:.6}") }
 }
 
 impl Run<'_> {
@@ -332,7 +319,8 @@ impl Run<'_> {
         let of_row = |joint: usize| {
             let left = &best.left[joint];
             let both = self.noise[joint].hypot(of_motion[joint]);
-            residual_noise(&left.residual, || left.velocity.clone()).map_or(both, |heard| heard.max(both))
+            residual_noise(&left.residual, || left.velocity.clone(), best.sums[joint].logged_rms())
+                .map_or(both, |heard| heard.max(both))
         };
         let rows = self.noise.len().min(of_motion.len());
         Ok(parallel(rows, of_row))

@@ -34,6 +34,11 @@ impl Sums {
         (self.error_squares / self.samples.max(1) as f64).sqrt()
     }
 
+    /// Root mean square of what was logged; 0 without samples.
+    pub fn logged_rms(&self) -> f64 {
+        (self.logged_squares / self.samples.max(1) as f64).sqrt()
+    }
+
     /// rms of the error / rms of what was logged; `None` if nothing but zeros was logged.
     pub fn relative(&self) -> Option<f64> {
         (self.logged_squares > 0.0).then(|| (self.error_squares / self.logged_squares).sqrt())

@@ -24,7 +24,7 @@ pub mod support;
 pub use breakdown::{AT_NOISE, Breakdown, BreakdownPart, WINDOWS, Window, breakdowns};
 pub use engine::{Errors, Options, diagnose, errors, estimate, left_alike, root_mean_squares, summary};
 pub use result::{
-    Diagnosis, ErrorFall, FoundEffect, Rejected, Seen, Step, StepErrors, Unexplained, intervals,
+    Diagnosis, ErrorFall, FoundEffect, Rejected, Scope, Seen, Step, StepErrors, Unexplained, intervals,
 };
 pub use selected::Selected;
 pub use signature::Feature;

@@ -1,4 +1,6 @@
 //! The answer, for people and for programs. Its JSON keys are its field names and stay.
+use crate::experiments::data_checks::SHORT;
+use crate::experiments::{Channel, Experiment};
 use crate::measure::DataSource;
 use bipedc_effects::effect::{Effect, Kind, Location};
 use serde::{Deserialize, Deserializer, Serialize};
@@ -34,6 +36,9 @@ pub struct Diagnosis {
     /// Rows whose torque is reported later than the motion, s; not written by itself.
     #[serde(skip)]
     pub late: BTreeMap<String, f64>,
+    /// Of which joints efforts were looked at, and for how long; not written by itself.
+    #[serde(skip)]
+    pub scope: Scope,
     /// What was tried and did not earn its place.
     pub rejected: Vec<Rejected>,
     /// Root mean square errors by kind of channel: `effort`, `base_force`, `base_moment`, `cop`, `transmission`,
@@ -70,6 +75,33 @@ pub struct Diagnosis {
     pub judged_at_hz: Option<f64>,
     /// The answer in plain words.
     pub summary: String,
+}
+
+/// How much of a robot an answer is of.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Scope {
+    /// So little motion was looked at, s; `None` where it is no little, and of tables.
+    pub short_s: Option<f64>,
+    /// Joints of the robot, if efforts are compared.
+    pub joints: usize,
+    /// Those of them whose efforts were not compared.
+    pub unseen: Vec<String>,
+}
+
+impl Scope {
+    /// Of a log that teaches and one that judges.
+    pub fn of(train: &dyn Experiment, judge: &dyn Experiment) -> Self {
+        let shorter = [train, judge].into_iter().filter_map(Experiment::duration).min_by(f64::total_cmp);
+        let efforts = || train.rows().iter().filter(|row| row.channel == Channel::Effort);
+        // Without efforts the answer is of the base: no joint is missed.
+        let joints = if efforts().next().is_some() { train.joints() } else { Vec::new() };
+        let unseen = joints.iter().filter(|joint| !efforts().any(|row| row.name == **joint));
+        Self {
+            short_s: shorter.filter(|seconds| *seconds < SHORT),
+            joints: joints.len(),
+            unseen: unseen.map(|joint| (*joint).to_owned()).collect(),
+        }
+    }
 }
 
 /// Errors (root mean squares) before and after an effect entered, by kind of channel.

@@ -128,6 +128,12 @@ impl Experiment for Selected<'_> {
     fn check(&self) -> Vec<Diagnostic> {
         self.inner.check()
     }
+    fn duration(&self) -> Option<f64> {
+        self.inner.duration()
+    }
+    fn joints(&self) -> Vec<&str> {
+        self.inner.joints()
+    }
     fn motion(&self) -> JointPositions {
         self.inner.motion()
     }

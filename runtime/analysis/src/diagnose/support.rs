@@ -219,22 +219,28 @@ fn add_row(
     Some(())
 }
 
-impl Fading {
-    /// The warning, for people. `cutoffs` are both filters', Hz.
-    pub fn warning(&self, cutoffs: [f64; 2]) -> String {
+/// One warning of all joints whose torque fades, for people; `None` without any. `cutoffs` are both filters', Hz.
+pub fn warning(fading: &[Fading], cutoffs: [f64; 2]) -> Option<String> {
+    let of_joint = |joint: &Fading| {
         format!(
-            "{}: this log hardly supports estimates, as free swings do: of the torque that the model expects ({:.3} N m \
-             rms), {:.0} % show in the measured torque ({:.3} N m rms) with a filter of {:.1} Hz and {:.0} % with {:.1} \
-             Hz; parameters that shrink so come from noise in the motion, and all of them are too small",
-            self.joint,
-            self.modelled,
-            100.0 * self.scale,
-            self.measured,
-            cutoffs[0],
-            100.0 * self.faster,
-            cutoffs[1]
+            "{} ({:.3} N m rms, {:.3} measured: {:.0} %, {:.0} %)",
+            joint.joint,
+            joint.modelled,
+            joint.measured,
+            100.0 * joint.scale,
+            100.0 * joint.faster
         )
-    }
+    };
+    let joints: Vec<String> = fading.iter().map(of_joint).collect();
+    let [slower, faster] = cutoffs;
+    (!joints.is_empty()).then(|| {
+        format!(
+            "this log hardly supports estimates, as free swings do: of the torque that the model expects a part shows in the measured one \
+             with a filter of {slower:.1} Hz, and less with {faster:.1} Hz, at {}; parameters that shrink so come from noise in the motion, \
+             and all of them are too small",
+            joints.join(", ")
+        )
+    })
 }
 
 #[cfg(test)]
@@ -307,7 +313,10 @@ mod tests {
         assert_eq!(found.len(), 1);
         assert!((found[0].scale - 1.0 / 1.25).abs() < 0.01, "{found:?}");
         assert!((found[0].faster - 1.0 / 3.25).abs() < 0.01, "{found:?}");
-        assert!(found[0].warning([10.0, 20.0]).contains("80 % show"));
+        let both = [found[0].clone(), Fading { joint: "ankle".to_owned(), ..found[0].clone() }];
+        let said = warning(&both, [10.0, 20.0]).unwrap();
+        assert!(said.contains("at hinge (") && said.contains(" measured: 80 %, 31 %), ankle ("), "{said}");
+        assert_eq!(warning(&[], [10.0, 20.0]), None);
         assert!(fading(&Pendulum::new(3.0, 0.1), &Pendulum::new(3.0, 0.3), LOUD).is_empty());
     }
 

@@ -243,6 +243,17 @@ pub trait Experiment: Send + Sync {
         Vec::new()
     }
 
+    /// How long the samples are of that count, s; `None` in tables.
+    fn duration(&self) -> Option<f64> {
+        None
+    }
+
+    /// Names of the joints of which efforts could have been compared, had they been seen: more than there are rows of efforts where the
+    /// log does not tell of all.
+    fn joints(&self) -> Vec<&str> {
+        Vec::new()
+    }
+
     /// How the joints moved, for telling whether motions repeat; empty in tables.
     fn motion(&self) -> JointPositions {
         JointPositions::default()

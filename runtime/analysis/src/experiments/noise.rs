@@ -17,11 +17,17 @@ pub(crate) fn noise_of(experiment: &dyn Experiment, row: usize, residual: &[f64]
 pub(crate) fn heard(experiment: &dyn Experiment, row: usize, residual: &[f64]) -> f64 {
     let what = &experiment.rows()[row];
     let velocity = || experiment.signal(row, "velocity").unwrap_or_default();
+    let of_signal = || experiment.measured(row).map_or(f64::INFINITY, |signal| root_mean_square(&signal));
     // Other rows are of filtered signals, or tables, whose samples have no neighbours.
-    let left = (what.channel == Channel::Effort).then(|| residual_noise(residual, velocity)).flatten();
+    let left =
+        (what.channel == Channel::Effort).then(|| residual_noise(residual, velocity, of_signal())).flatten();
     // Where joints stick what is left is no noise, and jumps to and from it.
     let most = where_free(experiment.sticks(row), residual);
     left.map_or(what.noise, |left| left.min(most).max(what.noise))
+}
+
+fn root_mean_square(values: &[f64]) -> f64 {
+    (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
 /// Root mean square of what is left where a joint does not stick; without a limit if it always does.

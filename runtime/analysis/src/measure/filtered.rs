@@ -1,8 +1,8 @@
 //! A log cut into blocks for a filter: its sampling step, the cut-off, how far blocks overlap, which samples count.
-use crate::log::{Blocks, Reader, Sampling};
+use crate::log::{Blocks, Kind, Log, Reader, Sampling};
 use crate::measure::Options;
 use crate::measure::trajectory::Unusable;
-use crate::signal::{Butterworth, Spline};
+use crate::signal::{Butterworth, FilterError, Spline};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use std::path::Path;
 
@@ -39,13 +39,43 @@ impl Filtered {
         let step = sampling.step();
         let own = step * parts as f64;
         let cutoff_hz = options.cutoff_hz.unwrap_or(CUTOFF_HZ).min(HIGHEST / own);
-        let filter = Butterworth::new(cutoff_hz, 1.0 / own).map_err(|_| {
-            let message =
-                format!("a cut-off of {cutoff_hz} Hz does not fit a sampling rate of {} Hz", 1.0 / step);
-            Diagnostic::error(message).in_file(&file).help("choose another cut-off")
-        })?;
+        let filter = Butterworth::new(cutoff_hz, 1.0 / own)
+            .map_err(|error| no_filter(&[cutoff_hz], &reason(error, 1.0 / own)).in_file(&file))?;
         let blocks = cut(sampling, passes * filter.overlap(), parts, options);
         Ok(Self { step, cutoff_hz, filter, blocks })
+    }
+}
+
+/// Refuses a cut-off that was asked for where a log's sampling has no such filter: [`Filtered`] takes the nearest that fits, as is right for one
+/// that nobody chose. Tables are not filtered.
+///
+/// # Errors
+/// Such a cut-off; those of [`Sampling::probe`].
+pub fn has_filter(log: &Log, options: &Options) -> Result<(), Diagnostics> {
+    let Some(cutoff_hz) = options.cutoff_hz.filter(|_| log.kind() == Kind::Time) else { return Ok(()) };
+    let rate = 1.0 / Sampling::probe(log.rows())?.step();
+    let refused = |error| no_filter(&[cutoff_hz], &reason(error, rate)).in_file(log.path());
+    Ok(Butterworth::new(cutoff_hz, rate).map(|_| ()).map_err(refused)?)
+}
+
+/// Said of cut-offs that no filter can have, all for one reason.
+pub(crate) fn no_filter(cutoffs: &[f64], reason: &str) -> Diagnostic {
+    Diagnostic::error(format!("the cut-off of {} is {reason}", in_hertz(cutoffs)))
+        .help("choose a cut-off between the robot's motion and half the sampling rate")
+}
+
+/// Cut-offs in words.
+pub(crate) fn in_hertz(cutoffs: &[f64]) -> String {
+    cutoffs.iter().map(|cutoff| format!("{cutoff} Hz")).collect::<Vec<_>>().join(", ")
+}
+
+/// Why a filter is none at a sampling rate, Hz.
+pub(crate) fn reason(error: FilterError, rate: f64) -> String {
+    // With digits that say something, however slow.
+    let rate = if rate < 1e-3 { format!("{rate:.3e}") } else { format!("{rate:.6}") };
+    match error {
+        FilterError::OutOfRange => format!("not below half the sampling rate of {rate} Hz"),
+        FilterError::TooLow => format!("less than a ten-thousandth of the sampling rate of {rate} Hz"),
     }
 }
 

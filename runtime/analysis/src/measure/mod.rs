@@ -23,7 +23,7 @@ pub(crate) mod trajectory;
 pub use columns::Missing;
 pub use content::Content;
 pub use directions::{Direction, Directions};
-pub use filtered::CUTOFF_HZ;
+pub use filtered::{CUTOFF_HZ, has_filter};
 pub use jolts::Jolts;
 pub use options::{CANDIDATES, FIRST, Options, VelocitySource};
 pub use recording::Recording;

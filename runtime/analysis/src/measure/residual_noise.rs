@@ -36,13 +36,21 @@ const SAME_COLOUR: f64 = 0.2;
 /// can see.
 ///
 /// `residual`: measured less modelled, evenly sampled, N m or N, as the answer; `velocity`: of the joint, one per sample, rad/s or m/s. What follows the motion may be in the residual, as long as
-/// over a twelfth of the motion's period it does next to nothing.
-pub(crate) fn residual_noise(residual: &[f64], velocity: impl FnOnce() -> Vec<f64>) -> Option<f64> {
-    let velocity = LazyCell::new(velocity);
-    let Some(Strays { rest, rms }) = Strays::of(residual, &|| velocity.clone()) else {
-        return without_strays(residual, &velocity);
+/// over a twelfth of the motion's period it does next to nothing. `measured`: root mean square of the measured signal. Its noise is a part of
+/// it: a residual that is larger is the model's, however little it follows the motion.
+pub(crate) fn residual_noise(
+    residual: &[f64],
+    velocity: impl FnOnce() -> Vec<f64>,
+    measured: f64,
+) -> Option<f64> {
+    of_any_size(residual, &LazyCell::new(velocity)).map(|noise| noise.min(measured))
+}
+
+fn of_any_size<F: FnOnce() -> Vec<f64>>(residual: &[f64], velocity: &LazyCell<Vec<f64>, F>) -> Option<f64> {
+    let Some(Strays { rest, rms }) = Strays::of(residual, &|| (**velocity).clone()) else {
+        return without_strays(residual, velocity);
     };
-    Some(without_strays(&rest, &velocity).unwrap_or_else(|| white_noise(&rest)).hypot(rms))
+    Some(without_strays(&rest, velocity).unwrap_or_else(|| white_noise(&rest)).hypot(rms))
 }
 
 /// The same of a residual of which no reading strays alone.
@@ -178,9 +186,8 @@ mod tests {
 
     /// As of a joint that swings 0.6 times a second.
     fn told(residual: &[f64]) -> Option<f64> {
-        residual_noise(residual, || {
-            (0..residual.len()).map(|i| (TAU * 0.6 * i as f64 / RATE).cos()).collect()
-        })
+        let velocity = || (0..residual.len()).map(|i| (TAU * 0.6 * i as f64 / RATE).cos()).collect();
+        residual_noise(residual, velocity, f64::INFINITY)
     }
 
     fn hz(f: f64, i: usize) -> f64 {
@@ -229,6 +236,15 @@ mod tests {
         }
     }
 
+    /// Angles in degrees, read as radians, leave what looks like noise and is thirty times what was measured.
+    #[test]
+    fn noise_is_no_larger_than_what_was_measured() {
+        let left = behind(2, 20.0, 1);
+        let velocity: Vec<f64> = (0..left.len()).map(lively).collect();
+        let told = |measured: f64| residual_noise(&left, || velocity.clone(), measured).unwrap();
+        assert!((told(2.0) - 1.0).abs() < 0.2 && told(0.03) == 0.03);
+    }
+
     #[test]
     fn noise_that_grows_has_the_size_it_has() {
         let sizes: [(&str, OfSample); 3] = [
@@ -265,7 +281,7 @@ mod tests {
             for seed in 0..6 {
                 let noise = behind(low_passes, cutoff, 10 * seed + low_passes as u64);
                 for both in [noise.clone(), beside_white(&noise)] {
-                    let told = residual_noise(&both, || (0..6000).map(lively).collect());
+                    let told = residual_noise(&both, || (0..6000).map(lively).collect(), rms(&both));
                     let found = told.unwrap_or(0.0) / rms(&both);
                     assert!((found - 1.0).abs() < 0.2, "{low_passes} at {cutoff} Hz, {seed}: {found}");
                 }
@@ -295,7 +311,7 @@ mod tests {
             let noise = behind(3, 20.0, seed);
             let change = |i: usize| 25.0 * (velocity[(i + 1).min(5999)] - velocity[i]);
             let both: Vec<f64> = noise.iter().enumerate().map(|(i, x)| x + change(i)).collect();
-            let found = residual_noise(&both, || velocity.clone()).unwrap_or(0.1);
+            let found = residual_noise(&both, || velocity.clone(), rms(&both)).unwrap_or(0.1);
             assert!(found < 1.25 && rms(&both) > 1.3, "a rotor, {seed}: {found} of {}", rms(&both));
         }
         for (what, left) in left {
@@ -306,7 +322,7 @@ mod tests {
                     .zip(position.iter().zip(&velocity))
                     .map(|(x, (q, v))| 0.1 * x + left(*q, *v));
                 let both: Vec<f64> = both.collect();
-                let found = residual_noise(&both, || velocity.clone()).unwrap_or(0.1);
+                let found = residual_noise(&both, || velocity.clone(), rms(&both)).unwrap_or(0.1);
                 assert!(found < 0.13, "{what}, {seed}: {found}");
             }
         }

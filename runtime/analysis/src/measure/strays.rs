@@ -86,7 +86,7 @@ mod tests {
                 size * random.normal()
             };
             let noise: Vec<f64> = (0..6000).map(|_| next()).collect();
-            let found = residual_noise(&noise, || velocity(6000)).unwrap() / rms(&noise);
+            let found = residual_noise(&noise, || velocity(6000), f64::INFINITY).unwrap() / rms(&noise);
             assert!((found - 1.0).abs() < 0.06, "{part} of {times}: {found}");
         }
     }

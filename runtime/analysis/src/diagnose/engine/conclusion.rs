@@ -8,7 +8,7 @@ use super::regression::{Regression, is_held_out};
 use super::search::Outcome;
 use super::significance::uncertain;
 use super::unexplained::{unexplained, untaught};
-use crate::diagnose::{Diagnosis, FoundEffect, Rejected, Step};
+use crate::diagnose::{Diagnosis, FoundEffect, Rejected, Scope, Step};
 use crate::experiments::Experiment;
 use bipedc_effects::effect::Effect;
 
@@ -79,7 +79,7 @@ impl Conclusion<'_> {
             order.sort_by(|a, b| steps[b - standing].0.total_cmp(&steps[a - standing].0));
             order
         };
-        let mut diagnosis = Diagnosis::default();
+        let mut diagnosis = Diagnosis { scope: Scope::of(train, judge), ..Diagnosis::default() };
         diagnosis.take(errors(train, validation, [&[], &all]));
         for &k in &order {
             diagnosis.effects.push(self.found(k, steps[k - standing].0.max(0.0)));

@@ -2,7 +2,9 @@
 use super::late::{later, reported_late};
 use super::run::AS_MANY;
 use crate::diagnose::result::LEFT;
-use crate::diagnose::{Diagnosis, ErrorFall, FoundEffect, Seen, Unexplained};
+use crate::diagnose::{Diagnosis, ErrorFall, FoundEffect, Scope, Seen, Unexplained};
+use crate::experiments::Channel;
+use crate::log::names::list;
 use crate::number::counting;
 use bipedc_effects::effect::Effect;
 use std::fmt::Write as _;
@@ -255,9 +257,25 @@ fn at_jumps(d: &Diagnosis) -> Option<String> {
     ))
 }
 
-/// The kinds of channels that were compared, in words.
+/// Joints that were not looked at and are named.
+const NAMED: usize = 6;
+
+/// The kinds of channels that were compared, in words; of which joints, and for how long, if that is not all or little.
 fn looked_at(d: &Diagnosis) -> String {
-    d.rms.keys().map(|kind| kind.replace('_', " ")).collect::<Vec<_>>().join(", ")
+    let Scope { short_s, joints, unseen } = &d.scope;
+    let kind = |kind: &String| match kind == Channel::Effort.name() && !unseen.is_empty() {
+        true => format!(
+            "{kind} ({} of {joints} joints; not looked at: {})",
+            joints - unseen.len(),
+            list(unseen.iter().map(String::as_str), NAMED)
+        ),
+        false => kind.replace('_', " "),
+    };
+    let kinds = d.rms.keys().map(kind).collect::<Vec<_>>().join(", ");
+    let little = |seconds: &f64| {
+        format!("{kinds}, of which only {} s of motion were looked at", counting(*seconds, 2))
+    };
+    short_s.as_ref().map_or(kinds.clone(), little)
 }
 
 /// One effect: what, where, how large, how sure.
@@ -394,6 +412,26 @@ mod tests {
         );
         found.rows.get_mut("knee").unwrap().after_moving = Some(0.06);
         assert!(summary(&found).starts_with("Nothing is missing in effort: "));
+    }
+
+    /// Six of twelve joints had no position: nothing was said to be missing in all efforts.
+    #[test]
+    fn what_was_not_looked_at_is_said() {
+        let unseen = vec!["hip".to_owned(), "toe".to_owned()];
+        let of = |scope: Scope| summary(&Diagnosis { scope, ..left(0.051) });
+        let said = of(Scope { joints: 3, unseen, ..Scope::default() });
+        assert!(
+            said.starts_with(
+                "Nothing is missing in effort (1 of 3 joints; not looked at: `hip`, `toe`): the held-out"
+            ),
+            "{said}"
+        );
+        // A robot that fell after half a second lacked nothing by the little that was left.
+        let said = of(Scope { short_s: Some(0.22), ..Scope::default() });
+        assert!(
+            said.starts_with("Nothing is missing in effort, of which only 0.22 s of motion were looked at: "),
+            "{said}"
+        );
     }
 
     #[test]

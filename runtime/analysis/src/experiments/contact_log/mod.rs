@@ -63,7 +63,7 @@ pub use walking::WalkingExperiment;
 use crate::experiments::experiment::sought_at;
 use crate::experiments::memo::Memo;
 use crate::experiments::motion::Hidden;
-use crate::experiments::{Experiment, Inertial, Row};
+use crate::experiments::{Experiment, Inertial, Row, data_checks};
 use crate::measure::JointPositions;
 use crate::robot::InertialParameters;
 use crate::robot::LinkInertias;
@@ -72,6 +72,7 @@ use crate::robot::calls::ModelCalls;
 use crate::robot::feet::FootCalls;
 use crate::robot::inertial_parameters::body_of;
 use crate::robot::world::World;
+use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::{Acts, Effect, Evidence, Kind, Law, Location, Place};
 use effects::{Change, spares_contact};
 use nalgebra::Vector3;
@@ -240,6 +241,12 @@ impl Experiment for ContactExperiment<'_> {
         let positions = self.robot.joint_signals("position", &self.recording.trajectory.q, self.calls.nq);
         let positions = positions.into_iter().map(|(_, values)| self.recording.pick(&values)).collect();
         JointPositions { time: self.recording.pick(&self.recording.time), positions }
+    }
+    fn check(&self) -> Vec<Diagnostic> {
+        self.duration().and_then(data_checks::short).into_iter().collect()
+    }
+    fn duration(&self) -> Option<f64> {
+        Some(self.recording.duration())
     }
     fn link_inertias(&self) -> Option<&LinkInertias> {
         Some(self.robot.link_inertias)

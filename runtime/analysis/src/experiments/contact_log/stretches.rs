@@ -50,6 +50,16 @@ impl ContactRecording {
         self.kept = enough.unwrap_or_else(|| self.kept_beside(options, stride, nearest));
     }
 
+    /// From one sample that counts to the next, samples.
+    pub(super) fn spacing(&self) -> usize {
+        self.kept.windows(2).map(|pair| pair[1] - pair[0]).min().unwrap_or(1).max(1)
+    }
+
+    /// How long the samples are of that count: after falls and cuts, s.
+    pub(super) fn duration(&self) -> f64 {
+        (self.kept.len() * self.spacing()) as f64 * self.step
+    }
+
     /// Whether the motion is cut at impacts.
     pub(super) fn is_cut_at_impacts(&self) -> bool {
         self.at_impacts.as_flattened().contains(&true)

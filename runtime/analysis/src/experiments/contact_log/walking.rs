@@ -15,7 +15,7 @@ use crate::measure::{JointPositions, Missing, Options, Recording};
 use crate::robot::InertialParameters;
 use crate::robot::LinkInertias;
 use crate::robot::Robot;
-use bipedc_effects::diagnostic::Diagnostics;
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::effect::{Acts, Effect, Kind, Law, Location};
 use std::sync::{Arc, OnceLock};
 
@@ -82,7 +82,7 @@ impl<'a> WalkingExperiment<'a> {
     ///
     /// # Errors
     /// A model that lacks functions or is another robot's.
-    pub fn new(base: ContactExperiment<'a>) -> Result<Self, bipedc_effects::diagnostic::Diagnostic> {
+    pub fn new(base: ContactExperiment<'a>) -> Result<Self, Diagnostic> {
         let robot = base.robot;
         let nominal = base.change(&[]);
         let mut motion = base.recording.joint_motion();
@@ -327,8 +327,7 @@ impl Experiment for WalkingExperiment<'_> {
     }
     fn smeared(&self) -> usize {
         // The joints' own in samples of the log, of which not all count.
-        let spacing = self.base.recording.kept.windows(2).map(|pair| pair[1] - pair[0]).min();
-        self.joints.smeared().div_ceil(spacing.unwrap_or(1).max(1))
+        self.joints.smeared().div_ceil(self.base.recording.spacing())
     }
     fn crossings(&self, effects: &[Effect]) -> Vec<bool> {
         let behind = self.behind_motors(effects);
@@ -393,6 +392,15 @@ impl Experiment for WalkingExperiment<'_> {
     }
     fn seeds(&self, kind: &'static Kind, location: &Location) -> Option<Vec<f64>> {
         self.joints.seeds(kind, location)
+    }
+    fn check(&self) -> Vec<Diagnostic> {
+        self.base.check()
+    }
+    fn duration(&self) -> Option<f64> {
+        self.base.duration()
+    }
+    fn joints(&self) -> Vec<&str> {
+        self.joints.joints()
     }
     fn motion(&self) -> JointPositions {
         self.base.motion()

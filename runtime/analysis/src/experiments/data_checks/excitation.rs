@@ -23,16 +23,19 @@ fn range(evidence: &Evidence<'_>, joint: usize) -> f64 {
     quantile(&mut q, 0.99) - quantile(&mut q, 0.01)
 }
 
+/// A warning about a log of which so much motion is looked at, s.
+pub(in crate::experiments) fn short(duration: f64) -> Option<Diagnostic> {
+    let decimals = if duration < 1.0 { 2 } else { 1 };
+    let message =
+        format!("the log has only {duration:.decimals$} s of motion: estimates from it are hardly supported");
+    let warning = Diagnostic::warning(message).help("record at least 20 s in which all joints move");
+    (duration < SHORT).then_some(warning)
+}
+
 /// Warnings about joints whose effects cannot be told apart.
 pub(super) fn check(evidence: &Evidence<'_>) -> Vec<Diagnostic> {
-    let mut found = Vec::new();
     let r = evidence.recording;
-    let duration = r.time.len() as f64 * r.step;
-    if duration < SHORT {
-        let message =
-            format!("the log has only {duration:.1} s of motion: estimates from it are hardly supported");
-        found.push(Diagnostic::warning(message).help("record at least 20 s in which all joints move"));
-    }
+    let mut found: Vec<Diagnostic> = short(r.time.len() as f64 * r.step).into_iter().collect();
     let (mut still, mut one_way) = (Vec::new(), Vec::new());
     for (joint, (name, prismatic)) in evidence.joints.iter().enumerate() {
         if r.effort[joint].is_none() {
@@ -52,13 +55,17 @@ pub(super) fn check(evidence: &Evidence<'_>) -> Vec<Diagnostic> {
         found.push(Diagnostic::warning(message).help(help));
     }
     if !one_way.is_empty() {
-        let message = format!(
-            "{} moves in one direction only: Coulomb friction cannot be told from bias there",
-            list(one_way)
-        );
+        let message = moving_one_way(&one_way);
         found.push(Diagnostic::warning(message).help("record a motion that goes to and fro"));
     }
     found
+}
+
+/// Of joints, in words.
+fn moving_one_way(joints: &[&str]) -> String {
+    let verb = if joints.len() == 1 { "moves" } else { "move" };
+    let joints = list(joints.iter().copied());
+    format!("{joints} {verb} in one direction only: Coulomb friction cannot be told from bias there")
 }
 
 enum Excitation {
@@ -79,4 +86,15 @@ fn motion(evidence: &Evidence<'_>, joint: usize, kind: usize) -> Excitation {
     let forth = part(v.iter().filter(|v| **v > moving).count());
     let back = part(v.iter().filter(|v| **v < -moving).count());
     if forth.min(back) < ONE_WAY { Excitation::OneWay } else { Excitation::Enough }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::moving_one_way;
+
+    #[test]
+    fn several_joints_move() {
+        assert!(moving_one_way(&["a"]).starts_with("`a` moves in one direction"));
+        assert!(moving_one_way(&["a", "b"]).starts_with("`a`, `b` move in one direction"));
+    }
 }

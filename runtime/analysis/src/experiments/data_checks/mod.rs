@@ -13,6 +13,7 @@ use crate::measure::Recording;
 use crate::robot::Trajectory;
 use bipedc_effects::diagnostic::Diagnostic;
 pub(crate) use excitation::SHORT;
+pub(super) use excitation::short;
 
 /// Most samples on which the model is asked again under another reading of the log.
 const SAMPLES: usize = 600;

@@ -430,6 +430,12 @@ impl Experiment for MotionExperiment<'_> {
             moments: &|states: &Trajectory| self.rigid.moments(states),
         })
     }
+    fn duration(&self) -> Option<f64> {
+        Some(self.recording.time.len() as f64 * self.recording.step)
+    }
+    fn joints(&self) -> Vec<&str> {
+        self.layout.joints.iter().map(|joint| joint.name.as_str()).collect()
+    }
     fn motion(&self) -> JointPositions {
         let position = |joint| self.recording.trajectory.positions(joint).collect();
         JointPositions {
