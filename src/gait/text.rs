@@ -2,6 +2,7 @@
 use super::Stepped;
 use crate::table::table;
 use bipedc_analysis::gait::Margins;
+use bipedc_compiler::description::gait::GaitParameter;
 use std::fmt;
 
 /// Six decimals, or that there is no such number.
@@ -17,7 +18,7 @@ pub(super) fn row(name: &str, value: Option<f64>, unit: &str) -> Vec<String> {
 
 impl fmt::Display for Stepped {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.question())?;
+        f.write_str(&question(&self.parameters, &self.values, ["next step", "this step"]))?;
         let (step, rate) = (&self.step, format!("{}/s", self.unit));
         let energy = "(kg m²/s)²";
         let rows = vec![
@@ -45,27 +46,25 @@ impl fmt::Display for Stepped {
     }
 }
 
-impl Stepped {
-    fn question(&self) -> String {
-        let [to, from] = &self.values;
-        let mut head = vec!["parameter", "next step", "unit", "meaning"];
-        if from != to {
-            head.insert(1, "this step");
-        }
-        let rows = self.parameters.iter().zip(to).zip(from).map(|((parameter, to), before)| {
-            let mut row = vec![
-                parameter.name.clone(),
-                format!("{to:.6}"),
-                parameter.unit.clone(),
-                parameter.meaning.clone(),
-            ];
-            if self.values[0] != self.values[1] {
-                row.insert(1, format!("{before:.6}"));
-            }
-            row
-        });
-        table(&head, rows.collect(), head.len())
+/// The parameters that a step is asked for; of the step before a column of its own, if they are others there.
+pub(super) fn question(
+    parameters: &[GaitParameter],
+    [to, from]: &[Vec<f64>; 2],
+    [now, before]: [&str; 2],
+) -> String {
+    let mut head = vec!["parameter", now, "unit", "meaning"];
+    if from != to {
+        head.insert(1, before);
     }
+    let rows = parameters.iter().zip(to).zip(from).map(|((parameter, to_value), from_value)| {
+        let GaitParameter { name, unit, meaning, .. } = parameter;
+        let mut row = vec![name.clone(), format!("{to_value:.6}"), unit.clone(), meaning.clone()];
+        if from != to {
+            row.insert(1, format!("{from_value:.6}"));
+        }
+        row
+    });
+    table(&head, rows.collect(), head.len())
 }
 
 /// Names and units to the left, numbers to the right.

@@ -4,7 +4,7 @@ use super::{in_world, true_walker, walker};
 use crate::gait::choice::{ChoiceOptions, PhasedChoices, Present};
 use crate::gait::{
     AnyBench, Assignment, Chain, GaitBench, Parametrised, PhasedBench, PhasedProgramController,
-    ProgramController,
+    ProgramController, StepOptions,
 };
 use crate::progress::Silent;
 use bipedc_analysis::gait::ChoiceSettings;
@@ -15,6 +15,26 @@ use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::files::Ledger;
 use bipedc_runtime::control::{Controller, JointCommand, Observation, Refusal};
 use std::path::Path;
+
+/// That the foot in the air keeps off the ground along a step, which in time stepping holds it.
+///
+/// # Errors
+/// It does not.
+fn clears_the_ground(bench: &GaitBench, set: &[Assignment]) -> Result<(), Diagnostics> {
+    // Heights along a step are the same at any speed.
+    let options = StepOptions { speed: 1.0, set: set.to_vec(), ..StepOptions::default() };
+    let Some(below) = bench.step(&options)?.step.margins.clearance.filter(|clearance| *clearance < 0.0)
+    else {
+        return Ok(());
+    };
+    let message = format!(
+        "in a step of gait `{}` the foot in the air is {:.4} m below the ground: in time stepping it is held there",
+        bench.gait_name(),
+        -below
+    );
+    let help = "write method = \"event_driven\", and scuffing = false under [assumptions]; or take a gait that lifts the foot";
+    Err(Diagnostic::error(message).help(help).into())
+}
 
 /// The gait of a scenario.
 #[derive(Debug, Clone)]
@@ -107,6 +127,9 @@ impl Walker {
         }
         let set = known(|one| bench.values(one).map(|_| ()), control, file)?;
         let values = bench.values(&set)?;
+        if scenario.events.is_none() {
+            clears_the_ground(&bench, &set).map_err(|error| placed(error, file, control.position))?;
+        }
         let controller = bench.controller(control.feedback.unwrap_or_default(), &set)?;
         let controller = if control.limited { controller } else { controller.unlimited() };
         let checked = checked(scenario);

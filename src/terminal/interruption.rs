@@ -3,13 +3,18 @@ use bipedc_effects::files::remove_temporaries;
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
+use std::time::{Duration, Instant};
 
 /// Set by the first signal, once somebody asked for it.
 static ASKED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
+/// When the first signal came.
+static FIRST: OnceLock<Instant> = OnceLock::new();
+/// A second signal within this time is the same request: `timeout` sends its signal to the program and to its group, and both arrive.
+const SAME: Duration = Duration::from_secs(1);
 /// Exit code after a second signal.
 const AT_ONCE: i32 = 130;
 
-/// Whether Ctrl-C (or SIGTERM) asked for an end; the second time the program ends at once, with code 130. Nobody listens before
+/// Whether Ctrl-C (or SIGTERM) asked for an end; a second time, a second or more later, the program ends at once, with code 130. Nobody listens before
 /// the first question: until then there is nothing to be kept.
 pub fn asked() -> impl Fn() -> bool + Send + Sync {
     let asked = OnceLock::new();
@@ -44,6 +49,10 @@ pub fn watch() -> io::Result<()> {
 fn on_signal(signal: i32) {
     let asked = ASKED.get();
     if asked.is_some_and(|flag| !flag.swap(true, Ordering::Relaxed)) {
+        FIRST.get_or_init(Instant::now);
+        return;
+    }
+    if asked.is_some() && FIRST.get().is_some_and(|first| first.elapsed() < SAME) {
         return;
     }
     remove_temporaries();

@@ -290,8 +290,12 @@ fn a_signal_ends_a_map_and_keeps_what_is_done() {
         run.stdout(std::process::Stdio::null()).stderr(std::process::Stdio::null()).spawn().unwrap();
     // Signals are listened to from the first answer on: before that they end the program at once.
     std::thread::sleep(std::time::Duration::from_secs(3));
-    let kill = std::process::Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap();
-    assert!(kill.success());
+    // Twice, as `timeout` does, which sends its signal to the program and to its group.
+    let kill = || std::process::Command::new("kill").args(["-TERM", &child.id().to_string()]).status();
+    assert!(kill().unwrap().success());
+    std::thread::sleep(std::time::Duration::from_millis(20));
+    // A program that has ended at once can still be sent signals, until it is waited for.
+    assert!(kill().unwrap().success());
     assert_eq!(child.wait().unwrap().code(), Some(130));
     let written = std::fs::read_to_string(&file).unwrap();
     assert_eq!(written.lines().count(), 2 + 1500 * 1500);

@@ -143,6 +143,31 @@ fn parameters_without_a_step_are_no_error() {
     }
 }
 
+/// Limits leave outputs unmet in the second phase: the first one is followed as ever, the others without limits, as δ and P₋ are told of every step.
+#[test]
+fn a_step_that_limits_forbid_has_all_its_numbers() {
+    let step = |asked: &[&str]| {
+        bipedc(&[&["gait", "step", WALKER, "--gait", "adjustable", "--speed", "0.5"], asked].concat()).ok()
+    };
+    let found = step(&["--set", "step_length=0.30", "--json"]).json();
+    assert_eq!((&found["feasible"], &found["reason_code"]), (&false.into(), &"outputs_missed".into()));
+    let phases = found["phases"].as_array().unwrap();
+    let left: Vec<bool> = phases.iter().map(|phase| phase["without_limits"].as_bool().unwrap()).collect();
+    assert_eq!(left, [false, true, true, true], "{found}");
+    let product: f64 = phases.iter().map(|phase| phase["nu"].as_f64().unwrap()).product();
+    assert!(relative(found["delta"].as_f64().unwrap(), product) < 1e-12, "{found}");
+    for key in ["p_minus", "energy", "next_energy", "p_max", "duration"] {
+        assert!(found[key].is_f64(), "{key}: {found}");
+    }
+    let text = step(&["--set", "step_length=0.30"]).out;
+    for words in ["step_length  0.300000", "left out", "not possible: in phase `toe_support`"] {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    let feasible = step(&["--json"]).json();
+    let phases = feasible["phases"].as_array().unwrap();
+    assert!(phases.iter().all(|phase| phase["without_limits"] == false), "{feasible}");
+}
+
 #[test]
 #[ignore = "takes long"]
 fn steps_that_are_not_possible_have_a_reason() {

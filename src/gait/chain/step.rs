@@ -1,11 +1,13 @@
 //! One step of several phases, and what its energies say of the next (6.35–6.37).
 use super::hop::Beginning;
 use super::known::{Ended, key};
+use super::near::Recent;
 use super::surface::SurfacePoint;
 use super::{Chain, ChainPhase, PhaseEnergy, Refused};
 use crate::gait::{Assignment, Parametrised, PhasedBench, impossible_speed};
 use bipedc_analysis::gait::{Margins, Reason};
 use bipedc_analysis::simulate::phases::{Ending, PhaseSpec};
+use bipedc_compiler::description::gait::GaitParameter;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::magnitude;
 use bipedc_runtime::control::PhaseLayout;
@@ -51,6 +53,8 @@ pub struct ChainedPhase {
     pub p_minus: f64,
     /// Torques were held to a limit on the way: what (6.32) says of ν and P₋ holds without.
     pub limited: bool,
+    /// Limits do not let outputs be met, in this phase or in one before: from there on phases are followed without limits, and such a step is not feasible.
+    pub without_limits: bool,
 }
 
 /// A step with what comes of it.
@@ -89,6 +93,12 @@ pub struct ChainStep {
     /// Unit of φ.
     #[serde(skip)]
     pub unit: String,
+    /// Parameters of the gait.
+    #[serde(skip)]
+    pub parameters: Vec<GaitParameter>,
+    /// Their values from mid-stance on, and until there.
+    #[serde(skip)]
+    pub values: [Vec<f64>; 2],
 }
 
 impl ChainStep {
@@ -127,7 +137,8 @@ impl PhasedBench {
         let at = |error: Diagnostic| error.or_in_file(&self.file);
         let chain = Chain::new(self, specs, self.controller(None, &options.set)?).map_err(at)?;
         let found = chain.step(&from, &to, speed).unwrap_or_else(|why| ChainStep::refused(speed, &why));
-        Ok(ChainStep { unit: self.phase_unit().to_owned(), ..found })
+        let parameters = self.parameters().to_vec();
+        Ok(ChainStep { unit: self.phase_unit().to_owned(), parameters, values: [to, from], ..found })
     }
 }
 
@@ -184,22 +195,53 @@ impl Chain<'_> {
             margins,
             ..ChainStep::default()
         };
+        // Why a phase is not made is what the hop says.
         let Ok(x) = begun else { return Ok(found) };
-        let mut now = (first, x);
+        let own = self.present.borrow().clone();
+        let next = self.phases_from((first, x), &mut found.phases);
+        if let Ok((phase, [start, rate])) = next {
+            found.sum(rate);
+            found.p_max = self.dead_centre(phase, start).ok().map(|[.., potential]| potential);
+        }
+        self.present.replace(own);
+        Ok(found)
+    }
+
+    /// All phases of a step, as far as they are made, and where the next step begins. Behind the place where limits do not let outputs be met they are followed without, as all that energies
+    /// say is.
+    fn phases_from(&self, mut now: Beginning, found: &mut Vec<ChainedPhase>) -> Result<Beginning, Refused> {
+        let mut without_limits = false;
         for _ in 0..self.bench.gait.phases.len() {
-            // Why a phase is not made is what the hop says.
-            let Ok((phase, next)) = self.one_phase(now) else { return Ok(found) };
-            found.phases.push(phase);
+            let own = self.present.borrow().clone();
+            let mut made = self.one_phase(now);
+            let missed = made.as_ref().is_err_and(|why| why.reason == Reason::OutputsMissed);
+            if missed && !without_limits {
+                without_limits = true;
+                self.present.replace(own);
+                self.leave_limits();
+                made = self.one_phase(now);
+            }
+            let (phase, next) = made?;
+            found.push(ChainedPhase { without_limits, ..phase });
             now = next;
         }
-        found.sum(now.1[1]);
-        found.p_max = self.dead_centre(now.0, now.1[0]).ok().map(|[.., potential]| potential);
-        Ok(found)
+        Ok(now)
+    }
+
+    /// Torques from here on are what outputs ask for, whatever drives and the ground can do.
+    fn leave_limits(&self) {
+        let present = &mut *self.present.borrow_mut();
+        (present.points, present.motions) = (Recent::new(), Recent::new());
+        present.controller.keep_limits([false; 2]);
     }
 
     /// A phase to its end, and the beginning of the next.
     fn one_phase(&self, (phase, x): Beginning) -> Result<(ChainedPhase, Beginning), Refused> {
-        self.present.borrow_mut().limited = false;
+        {
+            // What an earlier step missed is not missed here.
+            let present = &mut *self.present.borrow_mut();
+            (present.limited, present.missed) = (false, false);
+        }
         let own = self.present.borrow().clone();
         let (mut time, mut last) = (0.0, x);
         let next = self.phase_to_its_end((phase, x), &mut time, &mut |_, _, x, _| last = x)?;
@@ -220,6 +262,7 @@ impl Chain<'_> {
             nu: eta * eta * energy.psi(),
             p_minus: energy.p_minus(),
             limited,
+            without_limits: false,
         };
         Ok((found, next))
     }

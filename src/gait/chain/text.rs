@@ -1,11 +1,15 @@
 //! A step of several phases for people.
 use super::ChainStep;
-use crate::gait::text::{columns, figure, margins, row};
+use crate::gait::text::{columns, figure, margins, question, row};
 use crate::table::table;
 use std::fmt;
 
 impl fmt::Display for ChainStep {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if !self.parameters.is_empty() {
+            let heads = ["from mid-stance", "until there"];
+            writeln!(f, "{}", question(&self.parameters, &self.values, heads))?;
+        }
         let (rate, energy) = (format!("{}/s", self.unit), format!("({}/s)²", self.unit));
         let rows = vec![
             row("speed at mid-stance, this step", Some(self.speed), &rate),
@@ -23,7 +27,11 @@ impl fmt::Display for ChainStep {
         let phase = |of: &super::ChainedPhase| {
             let numbers =
                 [of.phi_start, of.phi_end, of.speed_start, of.speed_end, of.duration, of.nu, of.p_minus];
-            let limits = if of.limited { "reached" } else { "—" };
+            let limits = match of {
+                _ if of.without_limits => "left out",
+                _ if of.limited => "reached",
+                _ => "—",
+            };
             let mut row = vec![of.name.clone()];
             row.extend(numbers.iter().map(|&x| figure(Some(x))));
             row.push(limits.to_owned());
@@ -32,7 +40,10 @@ impl fmt::Display for ChainStep {
         f.write_str(&table(&head, self.phases.iter().map(phase).collect(), head.len()))?;
         write!(f, "\n{}", columns(&["margin", "value", "unit"], margins(&self.margins)))?;
         match &self.reason {
-            None => writeln!(f, "\nthe next step passes its dead centre"),
+            None => writeln!(
+                f,
+                "\nthe next step passes its dead centre; the speed after many steps is what `bipedc gait cycle` says"
+            ),
             Some(reason) => writeln!(f, "\nnot possible: {reason}"),
         }
     }

@@ -36,9 +36,12 @@ impl fmt::Display for Cycles {
 impl Cycles {
     fn one(&self, of: &CycleOf) -> String {
         let parameters = of.parameters.iter().map(|(name, value)| format!("{name} = {value}"));
-        let head = parameters.collect::<Vec<_>>().join(", ");
+        let mut head = parameters.collect::<Vec<_>>().join(", ");
+        if !head.is_empty() {
+            head.push_str("\n\n");
+        }
         let Some(cycle) = &of.cycle else {
-            return format!("{head}\n\nno cycle: {}\n", of.reason.as_deref().unwrap_or(""));
+            return format!("{head}no cycle: {}\n", of.reason.as_deref().unwrap_or(""));
         };
         let rows = numbers(&self.speed_unit, &self.energy_unit).into_iter().zip(MEANINGS).map(
             |((name, unit, number), meaning)| {
@@ -48,7 +51,7 @@ impl Cycles {
             },
         );
         let numbers = table(&["", "value", "unit", "meaning"], rows.collect(), 4);
-        format!("{head}\n\n{numbers}{}", of.whole.as_ref().map_or_else(String::new, whole))
+        format!("{head}{numbers}{}", of.whole.as_ref().map_or_else(String::new, whole))
     }
 
     fn many(&self) -> String {

@@ -2,7 +2,7 @@
 //! both runs find the same.
 use super::layout::Layout;
 use super::{LandingPush, Optimum};
-use bipedc_analysis::nonlinear::Ending;
+use bipedc_analysis::nonlinear::{Central, Ending};
 use bipedc_compiler::compile::Collocation;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -32,7 +32,11 @@ impl Optimum {
         let landing = self.landing.map(|landing| [landing.phase as f64, landing.push]);
         line("landing", &mut words(landing.as_ref().map_or(&[][..], |landing| landing)));
         line("x", &mut words(&self.x));
-        line("multipliers", &mut words(&self.multipliers));
+        if let Some(Central { barrier, x, multipliers }) = &self.central {
+            line("barrier", &mut words(&[*barrier]));
+            line("central", &mut words(x));
+            line("multipliers", &mut words(multipliers));
+        }
         text
     }
 
@@ -64,6 +68,14 @@ impl Optimum {
             [phase, push] => Some(LandingPush { phase: phase as usize, push }),
             _ => None,
         };
+        let central = match lines.contains_key("barrier") {
+            true => Some(Central {
+                barrier: *numbers("barrier")?.first()?,
+                x: numbers("central").filter(|central| central.len() == x.len())?,
+                multipliers: numbers("multipliers")?,
+            }),
+            false => None,
+        };
         Some(Self {
             x,
             layout,
@@ -71,7 +83,7 @@ impl Optimum {
             rates,
             regular: regular.chunks(feet.max(1)).map(<[_]>::to_vec).collect(),
             height,
-            multipliers: numbers("multipliers")?,
+            central,
             ending: if minimum == 1.0 { Ending::Minimum } else { Ending::Feasible },
             cost,
             iterations: iterations as usize,

@@ -28,7 +28,9 @@ pub use mirrored::exchangeable;
 pub use rows::RowName;
 pub use write::gait_text;
 
-use bipedc_analysis::nonlinear::{Ending, InteriorPoint, Iteration, Minimiser, Program, Solution, Start};
+use bipedc_analysis::nonlinear::{
+    Central, Ending, InteriorPoint, Iteration, Minimiser, Program, Solution, Start,
+};
 use bipedc_compiler::compile::{Collocation, NodeRow};
 use bipedc_compiler::description::gait::AnyGait;
 use bipedc_effects::diagnostic::Diagnostic;
@@ -51,8 +53,8 @@ pub struct Optimum {
     /// Of legs in the first guess, by phase and foot.
     regular: Vec<Vec<Option<f64>>>,
     height: f64,
-    /// Of the constraints, where the last stage ended.
-    multipliers: Vec<f64>,
+    /// A place on the central path of the last stage, variables in their units: neighbours begin there.
+    central: Option<Central>,
     /// How the search ended.
     pub ending: Ending,
     /// What was made small: mean squared torque over the squared twentieth of the weight (and base height), or five times the cost of transport; with what keeps a
@@ -96,8 +98,8 @@ pub fn from_neighbour(
     if matches!(found.ending, Ending::Minimum | Ending::Feasible | Ending::Stopped) {
         return found;
     }
-    // What is known of the multipliers may lead astray.
-    let from = Optimum { multipliers: Vec::new(), iterations: found.iterations, ..neighbour.clone() };
+    // What is known of the central path may lead astray.
+    let from = Optimum { central: None, iterations: found.iterations, ..neighbour.clone() };
     solve(of, demands, &from, Stage::Gait, watch)
 }
 
@@ -173,7 +175,7 @@ fn begun(of: &Collocation, guess: Guess, layout: Layout) -> Optimum {
         rates: guess.rates,
         regular,
         height: guess.height,
-        multipliers: Vec::new(),
+        central: None,
         ending: Ending::Infeasible,
         cost: 0.0,
         iterations: 0,
@@ -354,11 +356,14 @@ pub fn solve(
     let rows = builder.rows();
     let program = Transcription::new(of, layout, (rows, similar), demands, &from.x);
     let start = program.scaled(&from.x);
-    let known = Some(&from.multipliers[..]);
-    let known = known.filter(|known| stage == Stage::Gait && known.len() == program.rows.limits.len());
-    let start = Start { x: &start, multipliers: known };
-    // From a neighbour with its multipliers some ten iterations do, or it was none.
-    let most = if known.is_some() { 80 } else { 400 };
+    let central = from
+        .central
+        .as_ref()
+        .filter(|known| stage == Stage::Gait && known.multipliers.len() == program.rows.limits.len());
+    let central = central.map(|known| Central { x: program.scaled(&known.x), ..known.clone() });
+    let start = Start { x: &start, central: central.as_ref() };
+    // From a neighbour some ten iterations do, or it was none.
+    let most = if central.is_some() { 40 } else { 400 };
     let usual = InteriorPoint { iterations: most, ..InteriorPoint::default() };
     // The first stage is a guess for the second.
     let solver = match stage {
@@ -381,7 +386,10 @@ pub fn solve(
         rates: from.rates.clone(),
         regular: from.regular.clone(),
         height: from.height,
-        multipliers: if stage == Stage::Gait { found.multipliers } else { Vec::new() },
+        central: found
+            .central
+            .filter(|_| stage == Stage::Gait)
+            .map(|central| Central { x: program.unscaled(&central.x), ..central }),
         layout: program.layout.clone(),
         landing: from.landing,
     }

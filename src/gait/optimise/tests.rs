@@ -232,7 +232,24 @@ fn a_five_link_gait_is_found_from_nothing() {
     let faster = Demands { speed: 0.75, ..demands };
     let again = from_neighbour(&of, &faster, &found, &mut |_, _| true);
     assert_eq!(again.ending, Ending::Minimum);
-    assert!(again.iterations < found.iterations, "{} {}", again.iterations, found.iterations);
+    assert!(3 * again.iterations < found.iterations, "{} {}", again.iterations, found.iterations);
+}
+
+/// Of four phases: begun at the minimum with its multipliers it took 119 iterations, most of them steps of a hundredth and less.
+#[test]
+#[ignore = "takes long"]
+fn a_neighbour_of_four_phases_is_found_in_few_iterations() {
+    let of = form("seven_link_v1", "collocated");
+    let demands = |speed: f64| Wishes::default().demands(speed, size(&of)).with_reserve();
+    let found = from_nothing(&of, &demands(0.4), &mut |_, _| true);
+    let again = from_neighbour(&of, &demands(0.42), &found, &mut |_, _| true);
+    assert_eq!((found.ending, again.ending), (Ending::Minimum, Ending::Minimum));
+    assert!(again.iterations <= 20, "{} {}", again.iterations, found.iterations);
+    // It is as good as that from nothing.
+    assert!((again.cost - 4.572_58).abs() < 1e-4, "{}", again.cost);
+    // What a library keeps of it is all that the next search needs, to the last bit.
+    let kept = Optimum::from_text(&of, &found.to_text()).unwrap();
+    assert_eq!(from_neighbour(&of, &demands(0.42), &kept, &mut |_, _| true).x, again.x);
 }
 
 /// A step that is too short for its speed: durations are bounded.

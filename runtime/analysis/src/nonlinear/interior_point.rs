@@ -2,7 +2,8 @@
 use super::filter::Filter;
 use super::iterate::{Iterate, Slacked, Values, largest, total};
 use super::kkt::Kkt;
-use super::{Ending, Iteration, Minimiser, Program, Solution, Start};
+use super::line_search;
+use super::{Central, Ending, Iteration, Minimiser, Program, Solution, Start};
 
 /// A primal-dual interior point method with a filter line search.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,8 +14,10 @@ pub struct InteriorPoint {
     pub feasible: f64,
     /// Iterations at most.
     pub iterations: usize,
-    /// The first barrier's parameter, without and with multipliers to start from.
-    pub barriers: [f64; 2],
+    /// The first barrier's parameter, where nothing is known of a neighbour.
+    pub barrier: f64,
+    /// The least barrier's parameter of a place from which neighbours can be begun.
+    pub central: f64,
     /// A search ends where so many iterations near the last barrier changed the objective by less than this part.
     pub patience: (usize, f64),
 }
@@ -25,7 +28,8 @@ impl Default for InteriorPoint {
             tolerance: 1e-6,
             feasible: 1e-6,
             iterations: 1000,
-            barriers: [0.1, 1e-3],
+            barrier: 0.1,
+            central: 1e-3,
             patience: (20, 2e-3),
         }
     }
@@ -38,23 +42,27 @@ pub(super) struct Search<'p, 's> {
     pub kkt: Kkt,
     pub filter: Filter,
     pub barrier: f64,
+    central: Option<Central>,
     pub at: Iterate,
     pub values: Values,
     /// What was last added to the Hessian's diagonal.
     last_primal: f64,
     pub primal: f64,
-    smallest_violation: f64,
+    pub smallest_violation: f64,
     pub step: f64,
+    /// Steps cut short one after the other.
+    pub short: usize,
     pub iterations: usize,
     /// Objectives of the last iterations near the last barrier.
     recent: Vec<f64>,
 }
 
 /// A Newton step.
-struct Direction {
-    x: Vec<f64>,
-    y: Vec<f64>,
-    z: Vec<[f64; 2]>,
+#[derive(Debug, Clone)]
+pub(super) struct Direction {
+    pub x: Vec<f64>,
+    pub y: Vec<f64>,
+    pub z: Vec<[f64; 2]>,
 }
 
 /// Additions to the diagonal of the constraints, removed again by refinement.
@@ -78,10 +86,12 @@ impl Minimiser for InteriorPoint {
 
 impl<'p, 's> Search<'p, 's> {
     fn new(settings: &'s InteriorPoint, program: &'p dyn Program, start: &Start<'_>) -> Self {
-        let of = Slacked::new(program, start.x);
-        let warm = usize::from(start.multipliers.is_some());
-        let barrier = settings.barriers[warm];
-        let at = of.begin(start, barrier, [1e-2, 1e-4][warm]);
+        let of = Slacked::new(program, start.central.map_or(start.x, |central| &central.x));
+        let barrier = start.central.map_or(settings.barrier, |central| central.barrier);
+        let at = match start.central {
+            Some(central) => of.go_on(central),
+            None => of.begin(start.x, barrier),
+        };
         let values = of.values(&at.x);
         let kkt = Kkt::new(of.n, of.m, &of.hessian, &of.jacobian);
         let violation = total(&values.residual).max(1.0);
@@ -92,12 +102,15 @@ impl<'p, 's> Search<'p, 's> {
             kkt,
             filter,
             barrier,
+            central: None,
             at,
             values,
             last_primal: 0.0,
             primal: 0.0,
             smallest_violation: 1e-4 * violation,
             step: 1.0,
+            // Near the path full steps are what converges.
+            short: if start.central.is_some() { line_search::SHORT } else { 0 },
             iterations: 0,
             recent: Vec::new(),
         }
@@ -120,7 +133,7 @@ impl<'p, 's> Search<'p, 's> {
                 }
                 continue;
             };
-            if !self.search_along(&direction) && !self.restore(watch) {
+            if !self.go(&direction, watch) && !self.restore(watch) {
                 return Ending::Infeasible;
             }
             self.iterations += 1;
@@ -168,9 +181,18 @@ impl<'p, 's> Search<'p, 's> {
             if error > 10.0 * self.barrier || self.barrier <= least {
                 return;
             }
+            if self.barrier >= self.settings.central {
+                self.central = Some(self.place());
+            }
             self.barrier = (0.2 * self.barrier).min(self.barrier.powf(1.5)).max(least);
             self.filter.clear();
         }
+    }
+
+    /// Where the search is, unscaled.
+    fn place(&self) -> Central {
+        let (x, multipliers) = (self.at.x[..self.of.n].to_vec(), self.of.multipliers(&self.at.y));
+        Central { barrier: self.barrier, x, multipliers }
     }
 
     /// Σ of variables and slacks.
@@ -215,7 +237,7 @@ impl<'p, 's> Search<'p, 's> {
         }
     }
 
-    fn direction(&mut self) -> Option<Direction> {
+    pub(super) fn direction(&mut self) -> Option<Direction> {
         if !self.factorise() {
             return None;
         }
@@ -224,7 +246,7 @@ impl<'p, 's> Search<'p, 's> {
     }
 
     /// The step that the factorised system gives with these residuals of the constraints.
-    fn step_for(&mut self, residual: &[f64]) -> Option<Direction> {
+    pub(super) fn step_for(&mut self, residual: &[f64]) -> Option<Direction> {
         let (n, m) = (self.of.n, self.of.m);
         let gradient = self.of.lagrangian_gradient(&self.values, &self.at.y);
         let lack = |k: usize| gradient[k] + self.of.barrier_slope(&self.at.x, k, self.barrier);
@@ -263,111 +285,10 @@ impl<'p, 's> Search<'p, 's> {
         self.at.x.iter().zip(d).map(|(x, d)| x + step * d).collect()
     }
 
-    /// A step of acceptable length along a direction, if there is one.
-    fn search_along(&mut self, direction: &Direction) -> bool {
-        let kept = self.barrier.min(0.01);
-        let longest = self.of.longest(&self.at.x, &direction.x, kept);
-        let violation = total(&self.values.residual);
-        let barrier_now = self.of.barrier_function(&self.at.x, self.values.objective, self.barrier);
-        let slope: f64 = (0..direction.x.len())
-            .map(|k| {
-                let own = if k < self.of.n { self.values.gradient[k] } else { 0.0 };
-                (own + self.of.barrier_slope(&self.at.x, k, self.barrier)) * direction.x[k]
-            })
-            .sum();
-        let here = [violation, barrier_now];
-        let mut step = longest;
-        let mut first = true;
-        while step > 1e-7 * longest.min(1.0) && step > 1e-12 {
-            let x = self.moved(&direction.x, step);
-            if let Some(by_barrier) = self.acceptable(&x, here, slope, step) {
-                self.take(x, direction, step, (here, by_barrier));
-                return true;
-            }
-            if first && self.corrected(direction, longest, (here, slope)) {
-                return true;
-            }
-            first = false;
-            step *= 0.5;
-        }
-        false
-    }
-
-    /// Whether a place is acceptable, and if so, whether because of the barrier function.
-    fn acceptable(&self, x: &[f64], here: [f64; 2], slope: f64, step: f64) -> Option<bool> {
-        let violation = total(&self.of.residual(x));
-        let barrier = self.of.barrier_function(x, self.of.objective(x), self.barrier);
-        let rounding = 1e-14 * here[1].abs();
-        if !violation.is_finite()
-            || !barrier.is_finite()
-            || !self.filter.accepts(violation, barrier - rounding)
-        {
-            return None;
-        }
-        let by_barrier = slope < 0.0
-            && step * (-slope).powf(2.3) > here[0].powf(1.1)
-            && here[0] <= self.smallest_violation;
-        let better = match by_barrier {
-            true => barrier - here[1] - rounding <= 1e-4 * step * slope,
-            false => Filter::improves([violation, barrier - rounding], here),
-        };
-        better.then_some(by_barrier)
-    }
-
-    /// Second-order corrections of the full step: the constraints' curvature taken in.
-    fn corrected(&mut self, direction: &Direction, longest: f64, (here, slope): ([f64; 2], f64)) -> bool {
-        let trial = self.of.residual(&self.moved(&direction.x, longest));
-        let mut before = total(&trial);
-        if !before.is_finite() || before < here[0] {
-            return false;
-        }
-        let mut residual: Vec<f64> =
-            self.values.residual.iter().zip(&trial).map(|(a, b)| longest * a + b).collect();
-        for _ in 0..4 {
-            let Some(found) = self.step_for(&residual) else { return false };
-            let step = self.of.longest(&self.at.x, &found.x, self.barrier.min(0.01));
-            let x = self.moved(&found.x, step);
-            if let Some(by_barrier) = self.acceptable(&x, here, slope, longest) {
-                self.take(x, &found, step, (here, by_barrier));
-                return true;
-            }
-            let trial = self.of.residual(&x);
-            let violation = total(&trial);
-            let falls = violation < 0.99 * before;
-            if !falls {
-                return false;
-            }
-            before = violation;
-            residual.iter_mut().zip(&trial).for_each(|(a, b)| *a = step * *a + b);
-        }
-        false
-    }
-
-    fn take(&mut self, x: Vec<f64>, direction: &Direction, step: f64, (here, by_barrier): ([f64; 2], bool)) {
-        if !by_barrier {
-            self.filter.add((1.0 - 1e-5) * here[0], here[1] - 1e-5 * here[0]);
-        }
-        let kept = self.barrier.min(0.01);
-        let mut dual: f64 = 1.0;
-        for (z, d) in self.at.z.iter().zip(&direction.z) {
-            for side in 0..2 {
-                if d[side] < 0.0 {
-                    dual = dual.min(-(1.0 - kept) * z[side] / d[side]);
-                }
-            }
-        }
-        self.at.x = x;
-        self.at.y.iter_mut().zip(&direction.y).for_each(|(y, d)| *y += step * d);
-        for k in 0..self.at.x.len() {
-            let distances = self.of.distances(&self.at.x, k);
-            for (side, distance) in distances.into_iter().enumerate() {
-                let z = self.at.z[k][side] + dual * direction.z[k][side];
-                let central = self.barrier / distance;
-                self.at.z[k][side] = z.clamp(central * 1e-10, central * 1e10);
-            }
-        }
-        self.step = step;
-        self.values = self.of.values(&self.at.x);
+    /// Multipliers begin anew.
+    pub(super) fn forget(&mut self) {
+        self.at.z = self.of.central(&self.at.x, self.barrier);
+        self.at.y.fill(0.0);
     }
 
     /// Constraints that do not hold within a tolerance in their own unit, the worst first.
@@ -394,14 +315,14 @@ impl<'p, 's> Search<'p, 's> {
             other => other,
         };
         let of = &self.of;
-        let y = self.at.y.iter().zip(&of.scaling.rows).map(|(y, factor)| y * factor / of.scaling.objective);
-        let multipliers = y.collect();
+        let multipliers = of.multipliers(&self.at.y);
         self.at.x.truncate(of.n);
         Solution {
             ending,
             objective: of.program.objective(&self.at.x),
             x: self.at.x,
             multipliers,
+            central: self.central,
             iterations: self.iterations,
             violations,
         }

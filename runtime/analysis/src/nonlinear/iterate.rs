@@ -1,6 +1,6 @@
 //! Where a search stands: variables, slacks, multipliers, and everything evaluated there.
 use super::scaling::Scaling;
-use super::{Program, Start};
+use super::{Central, Program};
 
 /// A program with slacks: cᵢ(x) = sᵢ between two numbers, or cᵢ(x) = limit.
 pub(super) struct Slacked<'p> {
@@ -34,6 +34,10 @@ pub(super) struct Values {
     pub jacobian: Vec<f64>,
 }
 
+/// Part of its room that a variable keeps from bounds at the beginning, and one that is known from a neighbour.
+const FAR: f64 = 1e-2;
+const NEAR: f64 = 1e-5;
+
 /// How much wider bounds are than asked for, relative to their size.
 const WIDER: f64 = 1e-8;
 
@@ -63,8 +67,28 @@ impl<'p> Slacked<'p> {
     }
 
     /// The first iterate, inside all bounds.
-    pub fn begin(&self, start: &Start<'_>, barrier: f64, push: f64) -> Iterate {
-        let mut values = vec![0.0; self.m];
+    pub fn begin(&self, start: &[f64], barrier: f64) -> Iterate {
+        let x = self.inside(start, FAR);
+        let (y, z) = (vec![0.0; self.m], self.central(&x, barrier));
+        Iterate { x, y, z }
+    }
+
+    /// The first iterate from a place on the central path of a neighbour. Slacks are where its multipliers are central, whatever limits have become: what
+    /// they have moved by is left to the constraints, and nothing else is to be made up for.
+    pub fn go_on(&self, from: &Central) -> Iterate {
+        let mut x = self.inside(&from.x, NEAR);
+        let scaled = from.multipliers.iter().zip(&self.scaling.rows);
+        let y: Vec<f64> = scaled.map(|(y, factor)| y * self.scaling.objective / factor).collect();
+        for (row, y) in y.iter().enumerate() {
+            let slack = central_place(self.bounds[self.n + row], -y, from.barrier);
+            x[self.n + row] = slack.unwrap_or(x[self.n + row]);
+        }
+        let z = self.central(&x, from.barrier);
+        Iterate { x, y, z }
+    }
+
+    /// Variables, then slacks, this part of their room away from all bounds.
+    fn inside(&self, start: &[f64], push: f64) -> Vec<f64> {
         let inside = |x: f64, [low, high]: [f64; 2]| {
             let room = |b: f64| (push * b.abs().max(1.0)).min(push * (high - low));
             let (from, to) = (low + room(low), high - room(high));
@@ -76,20 +100,20 @@ impl<'p> Slacked<'p> {
                 x
             }
         };
-        let mut x: Vec<f64> = start.x.iter().zip(&self.bounds).map(|(&x, &b)| inside(x, b)).collect();
+        let mut x: Vec<f64> = start.iter().zip(&self.bounds).map(|(&x, &b)| inside(x, b)).collect();
+        let mut values = vec![0.0; self.m];
         self.program.constraints(&x, &mut values);
         for (row, value) in values.iter().enumerate() {
             let bounds = self.bounds[self.n + row];
             let value = value * self.scaling.rows[row];
             x.push(if self.equation(row) { bounds[0] } else { inside(value, bounds) });
         }
-        let of_start = |y: &[f64]| {
-            let scaled = y.iter().zip(&self.scaling.rows);
-            scaled.map(|(y, factor)| y * self.scaling.objective / factor).collect()
-        };
-        let y = start.multipliers.map_or_else(|| vec![0.0; self.m], of_start);
-        let z = self.central(&x, barrier);
-        Iterate { x, y, z }
+        x
+    }
+
+    /// Multipliers of the constraints, unscaled.
+    pub fn multipliers(&self, y: &[f64]) -> Vec<f64> {
+        y.iter().zip(&self.scaling.rows).map(|(y, factor)| y * factor / self.scaling.objective).collect()
     }
 
     /// Multipliers of the bounds on the central path.
@@ -201,6 +225,22 @@ impl<'p> Slacked<'p> {
         dual /= scale(sum + of_rows, count + self.m);
         complementary /= scale(sum, count);
         [dual, largest(&values.residual), complementary]
+    }
+}
+
+/// Where between two bounds μ/(x − l) − μ/(u − x) has a value: nowhere if there is no bound to push that way.
+fn central_place([low, high]: [f64; 2], push: f64, barrier: f64) -> Option<f64> {
+    match (low.is_finite(), high.is_finite()) {
+        (true, true) if low < high => {
+            // From the nearer bound, so that nothing cancels.
+            let (width, size) = (high - low, push.abs());
+            let root = (size * width).hypot(2.0 * barrier);
+            let distance = 2.0 * barrier * width / (size * width + 2.0 * barrier + root);
+            Some(if push > 0.0 { low + distance } else { high - distance })
+        }
+        (true, false) if push > 0.0 => Some(low + barrier / push),
+        (false, true) if push < 0.0 => Some(high + barrier / push),
+        _ => None,
     }
 }
 

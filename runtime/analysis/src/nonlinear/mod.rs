@@ -1,7 +1,7 @@
 //! Smooth nonlinear programs, large and sparse: an interior point method with exact second derivatives.
 //!
 //! minimise f(x) with l ≤ c(x) ≤ u and x within bounds. The method is that of Wächter and Biegler (2006): logarithmic barriers, a filter
-//! in place of a merit function, second-order corrections, inertia made right by regularisation. Where no step is acceptable,
+//! in place of a merit function, second-order corrections, inertia made right by regularisation. Where only tiny steps are acceptable, full ones are taken for a while (a watchdog). Where none is,
 //! the constraints alone are made smaller by damped Gauss–Newton steps; where even that ends, the program is infeasible as far as this method
 //! can see, and [`Solution::violations`] says which constraints are.
 mod dense;
@@ -10,6 +10,7 @@ mod filter;
 mod interior_point;
 mod iterate;
 mod kkt;
+mod line_search;
 mod restoration;
 mod scaling;
 mod side_by_side;
@@ -60,8 +61,22 @@ pub trait Minimiser {
 pub struct Start<'a> {
     /// Variables.
     pub x: &'a [f64],
-    /// Multipliers of the constraints, if a neighbouring program was solved before.
-    pub multipliers: Option<&'a [f64]>,
+    /// Of a neighbouring program that was solved before: its variables take the place of `x`.
+    pub central: Option<&'a Central>,
+}
+
+/// A place on the central path of a program: with this barrier, the minimum.
+///
+/// A neighbour is begun from such a place and not from the minimum itself: there what is at its limit is as good as on it, and the least step that the neighbour
+/// asks for ends there.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Central {
+    /// The barrier's parameter.
+    pub barrier: f64,
+    /// Variables.
+    pub x: Vec<f64>,
+    /// Multipliers of the constraints.
+    pub multipliers: Vec<f64>,
 }
 
 /// How far a search is.
@@ -109,6 +124,8 @@ pub struct Solution {
     pub x: Vec<f64>,
     /// Multipliers of the constraints.
     pub multipliers: Vec<f64>,
+    /// The last place on the central path with no smaller barrier than that of [`InteriorPoint::central`], if the search came by one.
+    pub central: Option<Central>,
     /// f.
     pub objective: f64,
     /// Iterations.

@@ -90,8 +90,7 @@ impl Search<'_, '_> {
         let barrier = self.of.barrier_function(&self.at.x, self.values.objective, self.barrier);
         let accepted = violation <= most && self.filter.accepts(violation, barrier);
         if accepted {
-            self.at.z = self.of.central(&self.at.x, self.barrier);
-            self.at.y.fill(0.0);
+            self.forget();
         }
         accepted
     }
