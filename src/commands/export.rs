@@ -6,7 +6,7 @@ use bipedc_compiler::description::JointDynamics;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::{Effect, kinds};
 use bipedc_effects::files::write;
-use clap::Args;
+use clap::{ArgGroup, Args};
 use serde::Serialize;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -26,6 +26,7 @@ JSON: {\"urdf\", \"mjcf\": null, or {\"file\", \"left_out\" (effects)}, of a URD
 /// Write the robot with what was amended as a URDF or as MJCF
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
+#[command(group(ArgGroup::new("outputs").required(true).multiple(true).args(["urdf", "mjcf"])))]
 pub struct Export {
     /// Folder with `biped.toml`, or that file
     #[arg(value_name = "ROBOT")]
@@ -71,10 +72,6 @@ struct Kept {
 impl Export {
     /// Reads, rewrites, writes.
     pub fn run(self) -> Outcome {
-        if self.urdf.is_none() && self.mjcf.is_none() {
-            let error = Diagnostic::error("nothing was said to be written");
-            return Err(error.help("give --urdf OUT.urdf, --mjcf OUT.xml or both").into());
-        }
         let bench = Workbench::open(&self.path)?;
         output::diagnostics(&bench.robot().warnings);
         let mut ledger = bench.ledger();
