@@ -153,3 +153,40 @@ fn what_has_no_meaning_for_several_phases_is_refused() {
     );
     refused("phased-name", "gait = \"collocated\"", "gait = \"collocate\"", "did you mean `collocated`?");
 }
+
+/// Torques between two rows of 0.05 ms within a phase: limits that begin to hold, and the foot that is let go and slips, leave no jumps that are worth the name. Where phases change they jump, as
+/// outputs do.
+#[test]
+#[ignore = "takes long"]
+fn torques_do_not_jump_within_a_phase() {
+    let folder = scratch("phased-torques");
+    let (file, log) = (folder.join("scenario.toml"), folder.join("run.csv"));
+    let scenario = "method = \"event_driven\"\nduration = 10.0\nsteps = 2\nlog_step = 0.00005\n[assumptions]\nfriction = 0.8\n\
+                    [initial]\nmid_stance_speed = 0.42\n[control]\ngait = \"adjustable\"\n";
+    std::fs::write(&file, scenario).unwrap();
+    let run = bipedc(&["simulate", WALKER, "--scenario", text(&file), "--out", text(&log), "--json"]);
+    let found = run.ok().json();
+    let changes = found["changes"].as_array().unwrap().iter();
+    let changes: Vec<f64> = changes.map(|change| change["time"].as_f64().unwrap()).collect();
+    assert_eq!(changes.len(), 7, "{found}");
+    let written = std::fs::read_to_string(&log).unwrap();
+    let mut lines = written.lines();
+    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let efforts: Vec<usize> = (0..names.len()).filter(|&k| names[k].ends_with("/effort")).collect();
+    let rows = lines.map(|line| {
+        let values: Vec<&str> = line.split(',').collect();
+        let efforts: Vec<f64> = efforts.iter().map(|&k| values[k].parse().unwrap()).collect();
+        (values[0].parse::<f64>().unwrap(), efforts)
+    });
+    let rows: Vec<(f64, Vec<f64>)> = rows.collect();
+    let within = |pair: &&[(f64, Vec<f64>)]| {
+        let [from, to] = [pair[0].0 - 1e-9, pair[1].0 + 1e-9];
+        !changes.iter().any(|time| (from..=to).contains(time)) && to - from < 5.5e-5
+    };
+    let change = |pair: &[(f64, Vec<f64>)]| {
+        pair[0].1.iter().zip(&pair[1].1).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()))
+    };
+    let largest = rows.windows(2).filter(within).map(change).fold(0.0, f64::max);
+    println!("torques change by {largest:.3} N m in 0.05 ms");
+    assert!(largest < 0.4, "{largest} N m");
+}
