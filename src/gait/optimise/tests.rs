@@ -245,8 +245,9 @@ fn a_neighbour_of_four_phases_is_found_in_few_iterations() {
     let again = from_neighbour(&of, &demands(0.42), &found, &mut |_, _| true);
     assert_eq!((found.ending, again.ending), (Ending::Minimum, Ending::Minimum));
     assert!(again.iterations <= 20, "{} {}", again.iterations, found.iterations);
-    // It is as good as that from nothing.
-    assert!((again.cost - 4.572_58).abs() < 1e-4, "{}", again.cost);
+    // It is no worse than that from nothing, which ends in another valley.
+    let anew = from_nothing(&of, &demands(0.42), &mut |_, _| true);
+    assert!(again.cost <= anew.cost, "{} {}", again.cost, anew.cost);
     // What a library keeps of it is all that the next search needs, to the last bit.
     let kept = Optimum::from_text(&of, &found.to_text()).unwrap();
     assert_eq!(from_neighbour(&of, &demands(0.42), &kept, &mut |_, _| true).x, again.x);
