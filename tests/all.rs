@@ -34,6 +34,7 @@ mod compiler;
 mod corpus;
 #[path = "experiments/main.rs"]
 mod experiments;
+mod few_joints;
 mod floors;
 #[path = "free_run/main.rs"]
 mod free_run;

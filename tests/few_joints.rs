@@ -1,0 +1,67 @@
+//! A robot of which few joints move: what encoders' noise makes of the others behind a fast filter is no mass, no delay, and nothing that is left.
+use crate::cli::{bipedc, scratch, text};
+use serde_json::Value;
+
+const TULIP: &str = "robots/tulip";
+
+/// Three joints of one leg follow sines for twenty seconds, nine stand still.
+fn scenario(seed: u32, rates: [[f64; 2]; 3], effect: &str) -> String {
+    let joints = ["left_knee_pitch", "left_hip_pitch", "left_ankle_pitch"];
+    let middle = [0.8, -0.4, 0.0];
+    let large = [[0.3, 0.2], [0.3, 0.15], [0.2, 0.15]];
+    let mut told = format!(
+        "duration = 20.0\nstep = 0.001\nlog_step = 0.004\nseed = {seed}\n[control]\nstiffness = 400.0\ndamping = 10.0\nservo = \"drive\"\n\
+         [sensors]\nposition_noise = 1e-4\neffort_noise = 0.03\n"
+    );
+    for (k, joint) in joints.iter().enumerate() {
+        let ([a, b], [f, g]) = (large[k], rates[k]);
+        told += &format!(
+            "[joint.{joint}]\nposition = {}\nsines = [[{a}, {f}, 0.1], [{b}, {g}, 0.5]]\n",
+            middle[k]
+        );
+    }
+    told + effect
+}
+
+fn diagnosed(name: &str, effect: &str) -> Value {
+    let folder = scratch(name);
+    let log = |part: u32, rates: [[f64; 2]; 3]| {
+        let [file, log] = ["toml", "csv"].map(|end| folder.join(format!("{part}.{end}")));
+        std::fs::write(&file, scenario(part, rates, effect)).unwrap();
+        let run = ["simulate", TULIP, "--scenario", text(&file), "--base", "fixed", "--out", text(&log)];
+        bipedc(&run).ok();
+        log
+    };
+    let train = log(5, [[0.41, 0.83], [0.31, 0.97], [0.53, 1.1]]);
+    let judge = log(6, [[0.47, 0.71], [0.37, 0.89], [0.59, 1.03]]);
+    let asked = ["diagnose", TULIP, text(&train), "--validate", text(&judge), "--base", "fixed", "--json"];
+    bipedc(&asked).ok().json()
+}
+
+/// Before: a delay of 36 ms and four corrections of masses.
+#[test]
+fn a_faultless_robot_of_which_few_joints_move_lacks_nothing() {
+    let found = diagnosed("few-joints-clean", "");
+    for key in ["effects", "inertial_corrections", "suspects"] {
+        assert_eq!(found[key].as_array().map(Vec::len), Some(0), "{key} {}", found[key]);
+    }
+    assert!(
+        found["summary"].as_str().unwrap().contains("Nothing is missing in effort"),
+        "{}",
+        found["summary"]
+    );
+}
+
+/// Before, three joints of the other leg and of this one were unexplained beside it.
+#[test]
+fn what_acts_between_two_moving_joints_is_all_that_is_found() {
+    let coupling = "[[effect]]\nkind = \"coupling\"\njoint = \"left_ankle_pitch\"\nother_joint = \"left_knee_pitch\"\n\
+         damping = 0.3\ncoulomb = 0.2\nstiffness = 0.0\ninertia = 0.0\n";
+    let found = diagnosed("few-joints-coupled", coupling);
+    let [effect] = &found["effects"].as_array().unwrap()[..] else { panic!("{}", found["effects"]) };
+    let value = |name: &str| effect["parameters"][name].as_f64().unwrap();
+    assert_eq!([&effect["joint"], &effect["other_joint"]], ["left_ankle_pitch", "left_knee_pitch"]);
+    assert!((value("damping") - 0.3).abs() < 0.01 && (value("coulomb") - 0.2).abs() < 0.01, "{effect}");
+    assert_eq!(found["unexplained"], false, "{}", found["summary"]);
+    assert_eq!(found["inertial_corrections"].as_array().map(Vec::len), Some(0));
+}
