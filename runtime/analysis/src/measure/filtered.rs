@@ -46,7 +46,7 @@ impl Filtered {
     }
 }
 
-/// Refuses a cut-off that was asked for where a log's sampling has no such filter: [`Filtered`] takes the nearest that fits, as is right for one
+/// Refuses a cut-off that was asked for where a log's sampling has no such filter: reading takes the nearest that fits, as is right for one
 /// that nobody chose. Tables are not filtered.
 ///
 /// # Errors
