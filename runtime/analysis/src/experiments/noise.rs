@@ -26,7 +26,7 @@ pub(crate) fn heard(experiment: &dyn Experiment, row: usize, residual: &[f64]) -
     left.map_or(what.noise, |left| left.min(most).max(what.noise))
 }
 
-fn root_mean_square(values: &[f64]) -> f64 {
+pub(super) fn root_mean_square(values: &[f64]) -> f64 {
     (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 

@@ -251,14 +251,14 @@ impl Chooser<'_, '_> {
         let at_rest = wished == 0.0;
         let rests = at_rest && trial.next.abs() <= 1e-9 * trial.half.p_max.abs();
         let kept = trial.hop.keeps(now.k);
-        let goes_on = || at_rest || self.goes_on(&trial.half, trial.next);
+        let goes_on = || at_rest || self.goes_on(&trial.half, trial.next, true);
         ((met || rests) && kept && goes_on()).then_some(trial)
     }
 
-    /// Whether some further step is possible after one with K at its dead centre.
-    fn goes_on(&self, half: &Half, k: f64) -> bool {
+    /// Whether some further step passes its dead centre after one with K at its own; `keeping`: and keeps everything.
+    fn goes_on(&self, half: &Half, k: f64, keeping: bool) -> bool {
         let kept = &self.settings.kept;
-        let passes = |hop: Hop| hop.keeps(k) && hop.next(k).is_some_and(|next| next > 0.0);
+        let passes = |hop: Hop| (!keeping || hop.keeps(k)) && hop.next(k).is_some_and(|next| next > 0.0);
         let to = |to: &Half| self.gait.hop(half.mid_stance(), to, kept).is_ok_and(passes);
         to(half) || self.halves.iter().any(to)
     }
@@ -344,19 +344,11 @@ impl Chooser<'_, '_> {
         }
         // Where limits cannot be kept, what is far from the usual breaks them by more.
         let usual = self.trial(now, &self.settings.usual).filter(|usual| usual.next > 0.0);
-        if let Some(usual) = usual.filter(|usual| self.passes_on(&usual.half, usual.next)) {
+        if let Some(usual) = usual.filter(|usual| self.goes_on(&usual.half, usual.next, false)) {
             return Some(usual.chosen(ChoiceKind::Unkept, None));
         }
         let passing = nearest(&|node, _, k| further(node, k)).or_else(|| nearest(&|_, _, _| true))?;
         Some(of_node(passing, ChoiceKind::Unkept))
-    }
-
-    /// Whether a further step passes its dead centre after one with K at its own, whatever it keeps.
-    fn passes_on(&self, half: &Half, k: f64) -> bool {
-        let kept = &self.settings.kept;
-        let passes = |hop: Hop| hop.next(k).is_some_and(|next| next > 0.0);
-        let to = |to: &Half| self.gait.hop(half.mid_stance(), to, kept).is_ok_and(passes);
-        to(half) || self.halves.iter().any(to)
     }
 
     /// Distance of parameters, each relative to its range.

@@ -38,11 +38,12 @@ impl GaitSettings {
         spare_joint(&self.position_limits, q)
     }
 
-    /// The same as a part of half the way between the stops of each joint.
+    /// The same as a part of half the way between the stops of each joint, 1: in their middle; those that cannot move do not count.
     pub(super) fn spare_part(&self, q: &[f64]) -> f64 {
         let joints = &q[q.len().saturating_sub(self.position_limits.len())..];
         let spare = self.position_limits.iter().zip(joints).filter_map(|(limits, q)| {
-            limits.map(|[low, high]| 2.0 * (q - low).min(high - q) / (high - low).max(f64::MIN_POSITIVE))
+            let [low, high] = limits.filter(|[low, high]| low < high)?;
+            Some(2.0 * (q - low).min(high - q) / (high - low))
         });
         spare.fold(f64::INFINITY, f64::min)
     }

@@ -4,6 +4,7 @@
 //! inertial parameters (a false model makes it too large), and what the scatter of the total force makes of the
 //! centre of pressure (false gains make it too large). The smaller one counts.
 use super::PostureExperiment;
+use crate::experiments::noise::root_mean_square;
 use crate::experiments::{Experiment, Inertial};
 use nalgebra::{DMatrix, DVector};
 
@@ -66,10 +67,6 @@ impl PostureExperiment<'_> {
         let [x, y] = sums.map(|s| (s / count as f64).sqrt());
         Some([x, y, variance.sqrt()])
     }
-}
-
-pub(super) fn root_mean_square(values: &[f64]) -> f64 {
-    (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
 /// Standard deviation of what least squares leaves; `None` with too few samples.
