@@ -308,6 +308,11 @@ impl Lack {
                 found.add(name, value, wished, if wished > 0.0 { 1.0 - value / wished } else { 0.0 });
             }
         }
+        if let Some(joint) = margins.joint.filter(|_| wished.joint > 0.0) {
+            // A twentieth may be missing.
+            let part = 0.2 * (1.0 - joint / wished.joint);
+            found.add("distance of a joint from its stop", joint, wished.joint, part);
+        }
         if let Some(velocity) = margins.velocity {
             // At its limit a joint may be: rad/s (m/s) beyond it are what is missing.
             found.add("velocity below its limit by", velocity, 0.0, -velocity);
@@ -375,6 +380,9 @@ impl Lack {
         more(&mut demands.impulse, margins.impulse, wished.impulse, 4.0);
         more(&mut demands.zmp, margins.zmp, wished.zmp, 1.8);
         more(&mut demands.clearance, margins.clearance, wished.clearance, 1.8);
+        if let Some(joint) = margins.joint.filter(|joint| *joint < 0.95 * wished.joint) {
+            demands.joint += (wished.joint - joint).min(wished.joint);
+        }
         // Friction of the feet that stand is the controller's to keep: only impacts are asked for again.
         let excess = (margins.impact_friction.unwrap_or(0.0) - wished.friction).clamp(0.0, 0.1);
         demands.impact_friction = (demands.impact_friction - 1.2 * excess).max(0.5 * wished.friction);

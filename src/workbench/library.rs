@@ -5,7 +5,7 @@
 use super::closed_loop::{Lack, Tried};
 use super::optimised::{Asked, OptimisedGait, described};
 use super::{OptimiseOptions, Workbench};
-use crate::gait::optimise::{Optimum, size};
+use crate::gait::optimise::{Demands, Optimum, least_distance, size};
 use crate::simulation::Trial;
 use bipedc_compiler::description::gait::AnyGait;
 use bipedc_compiler::description::model::RobotDescription;
@@ -31,10 +31,10 @@ pub(super) fn identity(
     index: usize,
 ) -> String {
     let version = env!("CARGO_PKG_VERSION");
-    let OptimiseOptions { speeds, coefficients, wishes, .. } = options;
+    let OptimiseOptions { speeds, coefficients, beginnings, wishes, .. } = options;
     let speeds = &speeds[..=index];
-    let parts =
-        format!("{version}\0{description:?}\0{source}\0{start:?}\0{speeds:?}\0{coefficients}\0{wishes:?}");
+    let asked = format!("{speeds:?}\0{coefficients}\0{beginnings:?}\0{wishes:?}");
+    let parts = format!("{version}\0{description:?}\0{source}\0{start:?}\0{asked}");
     format!("{:016x}", fnv1a(&parts))
 }
 
@@ -48,8 +48,9 @@ pub(super) fn search_text(identity: &str, gait: &OptimisedGait, optimum: &Optimu
     let asked = gait.landing.as_ref().map_or(0.0, |landing| landing.asked);
     let head = "# where the search of a gait ended, for `bipedc gait optimise`;";
     let text = fnv1a(gait.text.as_deref().unwrap_or_default());
+    let OptimisedGait { iterations, rounds, impulse, .. } = gait;
     let body =
-        format!("run {} {} {asked}\ngait {text:016x}\n{}", gait.iterations, gait.rounds, optimum.to_text());
+        format!("run {iterations} {rounds} {asked} {impulse}\ngait {text:016x}\n{}", optimum.to_text());
     format!("{head} {}, numbers {:016x}\n{body}", mark(identity), fnv1a(&body))
 }
 
@@ -94,10 +95,11 @@ impl Workbench {
         let speed = asked.options.speeds[index];
         let run = search.lines().find_map(|line| line.strip_prefix("run "))?;
         let numbers: Vec<f64> = run.split(' ').map(|word| word.parse().ok()).collect::<Option<_>>()?;
-        let [iterations, rounds, impulse] = numbers[..] else { return None };
+        let [iterations, rounds, pushed, impulse] = numbers[..] else { return None };
         let optimum = Optimum::from_text(asked.of, search)?;
         let wishes = &asked.options.wishes;
-        let wished = wishes.demands(speed, size(asked.of));
+        let usual = wishes.demands(speed, size(asked.of));
+        let wished = Demands { impulse, joint: least_distance(asked.of, usual.joint), ..usual };
         let it = Tried { file: asked.file, text, of: asked.of, optimum: &optimum, friction: wished.friction };
         let tried = self.progress.stage("walking", || self.tried(trial, &it));
         let lacking = Lack::of((&wished, wishes.multiplier), &tried).names();
@@ -105,9 +107,10 @@ impl Workbench {
             taken_over: true,
             iterations: iterations as usize,
             rounds: rounds as usize,
+            impulse,
             closed_loop: Some(tried),
             lacking,
-            ..described(asked.of, &optimum, (speed, impulse))
+            ..described(asked.of, &optimum, (speed, pushed))
         };
         Some((gait, optimum))
     }

@@ -7,6 +7,8 @@ mod library;
 mod optimised;
 mod optimised_text;
 mod reach;
+mod rounds;
+mod search;
 mod wished;
 
 pub use closed_loop::{ClosedLoop, PhaseCourse, PhaseCourses};
@@ -14,6 +16,7 @@ pub use explaining::{Event, Explained};
 pub use library::{gait_file, may_be_replaced, search_file};
 pub use optimised::{OptimiseOptions, OptimisedGait, OptimisedGaits};
 pub use reach::Reach;
+pub use search::Beginning;
 pub use wished::Wished;
 
 use crate::amendment::diagnosis::{Selection, propose};

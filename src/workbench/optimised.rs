@@ -1,14 +1,12 @@
 //! Gaits found by optimisation, written, and tried under their own controllers.
-use super::closed_loop::{ClosedLoop, Lack, Tried};
+use super::closed_loop::ClosedLoop;
 use super::reach::Reach;
+use super::search::{Beginning, is_found};
 use super::wished::Wished;
 use super::{Workbench, library};
-use crate::gait::optimise::{
-    Demands, MotionMargins, Optimum, Stage, Wishes, exchangeable, from_gait, from_landing, from_neighbour,
-    from_nothing, gait_text, lands_by_posture, size, stays,
-};
+use crate::gait::optimise::{MotionMargins, Optimum, Wishes, exchangeable, size, stays};
 use crate::simulation::Trial;
-use bipedc_analysis::nonlinear::{Ending, Iteration};
+use bipedc_analysis::nonlinear::Ending;
 use bipedc_compiler::compile::{Collocation, CollocationPhase, GaitForm, compile_collocation};
 use bipedc_compiler::description::gait::{AnyGait, FilePlace, gait_path, parse_any_gait, read_any_gait};
 use bipedc_compiler::description::model::RobotDescription;
@@ -16,7 +14,6 @@ use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::input;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 /// What gaits are asked for.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,6 +26,8 @@ pub struct OptimiseOptions {
     pub speeds: Vec<f64>,
     /// Bezier coefficients of each output.
     pub coefficients: usize,
+    /// Lengths of first steps that a search from nothing begins with, of which the motion that costs least is kept; none: as usual for the phases.
+    pub beginnings: Option<usize>,
     /// Everything else that is wished.
     pub wishes: Wishes,
     /// The comment at the beginning of the files, without the speeds.
@@ -68,6 +67,10 @@ pub struct OptimisedGait {
     pub reach: Option<Reach>,
     /// What the landing of a toe can push with, where the search looked for it; none: it did not.
     pub landing: Option<Landing>,
+    /// Smallest vertical impulse that the walk is to keep, N s: less than what is usual where the landing of the toe pushes with less.
+    pub impulse: f64,
+    /// Of the first search, where it had several.
+    pub beginnings: Vec<Beginning>,
     /// Searches: after the first one each asked for a little more where the walk under the controller lacked something.
     pub rounds: usize,
     /// What the gait does under its own controller; none where the search failed.
@@ -192,80 +195,6 @@ impl Workbench {
         Ok(found)
     }
 
-    /// Searches and tries, and asks for more where the controller's walk lacks something; none: stopped.
-    pub(super) fn found_from(
-        &self,
-        asked: &Asked<'_>,
-        trial: &Trial,
-        index: usize,
-        near: Option<&Optimum>,
-    ) -> Result<Option<(OptimisedGait, Optimum)>, Diagnostics> {
-        let begin = Instant::now();
-        let speed = asked.options.speeds[index];
-        let wished = asked.options.wishes.demands(speed, size(asked.of));
-        let largest = asked.options.wishes.multiplier;
-        let mut demands = wished.with_reserve();
-        let mut near = near.cloned();
-        let mut best: Option<(Lack, OptimisedGait, Optimum)> = None;
-        let (mut rounds, mut iterations) = (0, 0);
-        let mut search_seconds = 0.0;
-        let mut guess = FirstGuess::Straight;
-        while rounds < ROUNDS {
-            let optimum = self.search(asked, &demands, near.as_ref(), guess)?;
-            if (self.stop)() {
-                return Ok(None);
-            }
-            if rounds == 0 {
-                search_seconds = begin.elapsed().as_secs_f64();
-            }
-            rounds += 1;
-            iterations += optimum.iterations;
-            let mut gait = described(asked.of, &optimum, (speed, demands.impulse));
-            if !gait.feasible {
-                let walks = best.as_ref().is_some_and(|(lack, ..)| lack.walks);
-                let another = guess == FirstGuess::Straight && near.is_none() && lands_by_posture(asked.of);
-                let landing = gait.landing.clone();
-                let (_, told, _) = best.get_or_insert((Lack::everything(), gait, optimum));
-                told.landing = landing.or(told.landing.take());
-                if walks || !another && !demands.finer() {
-                    break;
-                }
-                near = None;
-                guess = if another { FirstGuess::Landing } else { guess };
-                continue;
-            }
-            let head = asked.head(index);
-            let friction = wished.friction;
-            let text = gait_text(asked.source, asked.form, asked.of, &optimum, (&head, friction))?;
-            let text = library::sealed(&text);
-            let it = Tried { file: asked.file, text: &text, of: asked.of, optimum: &optimum, friction };
-            let tried = self.progress.stage("walking", || self.tried(trial, &it));
-            let lack = Lack::of((&wished, largest), &tried);
-            if !lack.walks {
-                near = None;
-                let goes_on = demands.finer();
-                gait.closed_loop = Some(tried);
-                gait.text = Some(text);
-                keep(&mut best, (lack, gait, optimum));
-                if goes_on { continue } else { break }
-            }
-            lack.tighten((&wished, largest), (&tried, &optimum, asked.of), &mut demands);
-            let met = lack.is_met();
-            gait.closed_loop = Some(tried);
-            gait.text = Some(text);
-            near = Some(optimum.clone());
-            keep(&mut best, (lack, gait, optimum));
-            if met {
-                break;
-            }
-        }
-        let seconds = begin.elapsed().as_secs_f64();
-        Ok(best.map(|(lack, gait, optimum)| {
-            let lacking = if gait.feasible { lack.names() } else { Vec::new() };
-            (OptimisedGait { rounds, iterations, seconds, search_seconds, lacking, ..gait }, optimum)
-        }))
-    }
-
     /// A gait to begin from, with its form derived.
     fn seed(&self, name: &str) -> Result<(AnyGait, Collocation), Diagnostics> {
         let file = gait_path(&self.robot.sources, name)?;
@@ -274,37 +203,6 @@ impl Workbench {
         let derive = || compile_collocation(&self.robot.description, &form);
         let seed = self.progress.stage("deriving", derive).map_err(|error| error.or_in_file(&file))?;
         Ok((gait, seed))
-    }
-
-    pub(super) fn search(
-        &self,
-        asked: &Asked<'_>,
-        demands: &Demands,
-        near: Option<&Optimum>,
-        guess: FirstGuess,
-    ) -> Result<Optimum, Diagnostic> {
-        let stage = format!("optimising for {} m/s", demands.speed);
-        self.progress.counted(&stage, |advance| {
-            let mut watch = |stage: Stage, at: &Iteration| {
-                let half = if stage == Stage::Motion { 0.0 } else { 0.4 };
-                // From a barrier of 0.1 to one of 1e-7.
-                let part = ((0.1 / at.barrier).log10() / 6.0).clamp(0.0, 1.0);
-                advance(half + (if stage == Stage::Motion { 0.4 } else { 0.6 }) * part);
-                !(self.stop)()
-            };
-            if let Some(near) = near {
-                return Ok(from_neighbour(asked.of, demands, near, &mut watch));
-            }
-            if guess == FirstGuess::Landing
-                && let Some(found) = from_landing(asked.of, demands, &mut watch)
-            {
-                return Ok(found);
-            }
-            match asked.seed {
-                Some((gait, seed)) => from_gait(asked.of, demands, (gait, seed), &mut watch),
-                None => Ok(from_nothing(asked.of, demands, &mut watch)),
-            }
-        })
     }
 }
 
@@ -333,15 +231,24 @@ fn grows(of: &Collocation, gait: &AnyGait, options: &OptimiseOptions) -> Result<
 /// What stays the same over all speeds.
 pub(super) struct Asked<'a> {
     pub file: &'a Path,
-    source: &'a str,
-    form: &'a GaitForm,
+    pub source: &'a str,
+    pub form: &'a GaitForm,
     pub of: &'a Collocation,
     pub seed: Option<&'a (AnyGait, Collocation)>,
     pub options: &'a OptimiseOptions,
     description: &'a RobotDescription,
 }
 
+/// Beginnings of searches for steps of one phase, which end at the same motion from nearly anywhere, and of several.
+const USUAL_BEGINNINGS: [usize; 2] = [1, 2];
+
 impl Asked<'_> {
+    /// Lengths of first steps that a search from nothing begins with.
+    pub fn beginnings(&self) -> usize {
+        let usual = USUAL_BEGINNINGS[usize::from(self.of.phases.len() > 1)];
+        self.options.beginnings.unwrap_or(usual)
+    }
+
     /// Of the request up to a speed.
     pub fn identity(&self, index: usize) -> String {
         let start = self.seed.map(|(gait, _)| gait);
@@ -349,7 +256,7 @@ impl Asked<'_> {
     }
 
     /// The comment at the beginning of a gait file, with the speeds up to its own: further ones change nothing about it.
-    fn head(&self, index: usize) -> String {
+    pub fn head(&self, index: usize) -> String {
         let OptimiseOptions { speeds, command, library, .. } = self.options;
         let mark = match library {
             Some(_) => format!(", {},", library::mark(&self.identity(index))),
@@ -364,25 +271,6 @@ impl Asked<'_> {
     }
 }
 
-/// Where a search begins that has no neighbour.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum FirstGuess {
-    /// Feet on straight lines, or the gait to begin from.
-    Straight,
-    /// With a posture in which the landing of the toe pushes on all feet.
-    Landing,
-}
-
-/// Searches at one speed at most.
-const ROUNDS: usize = 6;
-
-/// The gait that lacks least.
-fn keep(best: &mut Option<(Lack, OptimisedGait, Optimum)>, found: (Lack, OptimisedGait, Optimum)) {
-    if best.as_ref().is_none_or(|(lack, ..)| found.0.is_less_than(lack)) {
-        *best = Some(found);
-    }
-}
-
 pub(super) fn described(of: &Collocation, optimum: &Optimum, (speed, impulse): (f64, f64)) -> OptimisedGait {
     let violated = |(name, by): &(crate::gait::optimise::RowName, f64)| Violated {
         constraint: name.what.clone(),
@@ -393,8 +281,7 @@ pub(super) fn described(of: &Collocation, optimum: &Optimum, (speed, impulse): (
     OptimisedGait {
         speed,
         taken_over: false,
-        feasible: optimum.violations.is_empty()
-            && matches!(optimum.ending, Ending::Minimum | Ending::Feasible),
+        feasible: is_found(optimum),
         minimum: optimum.ending == Ending::Minimum,
         iterations: optimum.iterations,
         seconds: 0.0,
@@ -411,6 +298,8 @@ pub(super) fn described(of: &Collocation, optimum: &Optimum, (speed, impulse): (
             asked: impulse,
             toe_joints: toe_joints(of),
         }),
+        impulse,
+        beginnings: Vec::new(),
         rounds: 1,
         closed_loop: None,
         lacking: Vec::new(),

@@ -1,6 +1,7 @@
 //! Gaits that were found, for people.
 use super::closed_loop::{PhaseCourses, fixed};
 use super::optimised::{Landing, OptimisedGait, OptimisedGaits, Violated};
+use super::search::Beginning;
 use crate::table::table;
 use std::fmt;
 
@@ -58,6 +59,13 @@ impl fmt::Display for OptimisedGaits {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}", self.wished)?;
         for gait in &self.gaits {
+            if gait.impulse < self.wished.impulse {
+                writeln!(
+                    f,
+                    "of the usual impulse of {:.4} N s, {:.4} N s are asked for at {} m/s: the landing of the toe pushes with little more in any posture that was found\n",
+                    self.wished.impulse, gait.impulse, gait.speed
+                )?;
+            }
             writeln!(f, "{gait}")?;
         }
         if !self.complete {
@@ -84,6 +92,7 @@ impl fmt::Display for OptimisedGait {
             true => writeln!(f, "found by an earlier run and taken over")?,
             false => writeln!(f, "{:.2} s", self.seconds)?,
         }
+        self.write_beginnings(f)?;
         if let Some(reach) = self.reach.as_ref().filter(|_| !self.feasible) {
             write!(f, "{reach}")?;
             return self.landing.iter().try_for_each(|landing| write!(f, "{landing}"));
@@ -131,6 +140,25 @@ impl fmt::Display for OptimisedGait {
 }
 
 impl OptimisedGait {
+    /// What each beginning of the first search came to, where there were several.
+    fn write_beginnings(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.beginnings.is_empty() {
+            return Ok(());
+        }
+        let row = |beginning: &Beginning| {
+            let Beginning { step, feasible, cost, cost_of_transport, kept } = beginning;
+            let number = |value: &f64| if *feasible { fixed(*value, 4) } else { "—".to_owned() };
+            let end = match (kept, feasible) {
+                (true, true) => "kept",
+                (_, false) => "not found",
+                _ => "",
+            };
+            vec![fixed(*step, 3), number(cost), number(cost_of_transport), end.to_owned()]
+        };
+        let head = ["first steps, m", "cost", "cost of transport", ""];
+        write!(f, "\n{}", table(&head, self.beginnings.iter().map(row).collect(), 0))
+    }
+
     /// As the motion has them at its nodes, and as the robot under its controller has them over whole steps.
     fn numbers(&self) -> Vec<Vec<String>> {
         let (margins, tried) = (&self.margins, self.closed_loop.as_ref());

@@ -1,9 +1,10 @@
 //! How near to a speed gaits are found: from a usual one step by step, each search from the motion before.
 use super::Workbench;
-use super::optimised::{Asked, FirstGuess, OptimisedGait, Violated, described};
+use super::optimised::{Asked, OptimisedGait, Violated, described};
+use super::search::{FirstGuess, is_found};
 use crate::gait::optimise::{Demands, Optimum, Stage, from_nothing, size, solve};
 use crate::simulation::Trial;
-use bipedc_analysis::nonlinear::{Ending, Iteration};
+use bipedc_analysis::nonlinear::Iteration;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use serde::Serialize;
 use std::fmt;
@@ -99,10 +100,6 @@ fn fall(asked: &Asked<'_>) -> f64 {
     (gravity * height).sqrt()
 }
 
-fn found(optimum: &Optimum) -> bool {
-    optimum.violations.is_empty() && matches!(optimum.ending, Ending::Minimum | Ending::Feasible)
-}
-
 /// What is told of a speed that was not come to: the nearest motion, and how much slower or faster it is.
 fn short_of(asked: &Asked<'_>, last: &Optimum, (speed, reach): (f64, Reach)) -> OptimisedGait {
     let missed = Violated {
@@ -117,7 +114,7 @@ fn short_of(asked: &Asked<'_>, last: &Optimum, (speed, reach): (f64, Reach)) -> 
         iterations: 0,
         violations: vec![missed],
         reach: Some(reach),
-        ..described(asked.of, last, (speed, 0.0))
+        ..described(asked.of, last, (speed, asked.options.wishes.demands(speed, size(asked.of)).impulse))
     }
 }
 
@@ -184,9 +181,9 @@ impl Workbench {
         let at = |speed: f64| Demands { speed, ..demands.clone() };
         let mut begun = None;
         for speed in beginnings(asked, demands.speed) {
-            let first = self.search(asked, &at(speed), None, FirstGuess::Straight)?;
+            let first = self.search(asked, &at(speed), None, FirstGuess::Straight(1))?.optimum;
             *iterations += first.iterations;
-            if found(&first) {
+            if is_found(&first) {
                 begun = Some((speed, first));
                 break;
             }
@@ -205,7 +202,7 @@ impl Workbench {
             let speed = if next == whole { demands.speed } else { usual * next.exp() };
             let tried = self.near_by(asked, &at(speed), (&now, patience))?;
             *iterations += tried.iterations;
-            if found(&tried) {
+            if is_found(&tried) {
                 (now, done) = (tried, next);
                 if next == whole {
                     return Ok(Way::Reached(Box::new(now)));
@@ -242,11 +239,11 @@ impl Workbench {
             };
             let near = near.towards(demands.speed);
             let beside = solve(asked.of, demands, &near, Stage::Gait, &mut |_, at| watch(&mut left, at));
-            if found(&beside) || (self.stop)() {
+            if is_found(&beside) || (self.stop)() {
                 return Ok(beside);
             }
             left = most;
-            let mut anew = from_nothing(asked.of, demands, &mut |_, at| watch(&mut left, at));
+            let mut anew = from_nothing(asked.of, demands, 0, &mut |_, at| watch(&mut left, at));
             anew.iterations += beside.iterations;
             Ok(anew)
         })

@@ -3,7 +3,7 @@ use super::values::INTERRUPTED;
 use crate::terminal::arguments::RobotArguments;
 use crate::terminal::failure::Outcome;
 use crate::terminal::output;
-use bipedc::gait::optimise::{Objective, Wishes};
+use bipedc::gait::optimise::{MOST_BEGINNINGS, Objective, Wishes};
 use bipedc::workbench::{OptimiseOptions, gait_file, may_be_replaced, search_file};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::files::write_with_folders;
@@ -28,7 +28,8 @@ the work of all joints over weight and distance, with a little of the squared ac
 What was found is tried as it would be written: steps under its own controller until they repeat themselves, then a walk of the whole robot from event to \
 event, with the ground checked as `bipedc simulate` with [assumptions] checks it. Where that walk lacks something of what was asked (speed within 1 %, friction, \
 impulses, centre of pressure, clearance, multiplier), the search goes on from there and asks for so much more, six rounds at most; a motion \
-that does not walk is looked for again on more nodes. What is still missing is said, and is in the JSON under \"lacking\". \
+that does not walk is looked for again on more nodes. Robots with feet have many minima: --beginnings tries several lengths of the first steps and keeps the motion that costs least; \
+more of them take longer and often find a gait of half the cost. What is still missing is said, and is in the JSON under \"lacking\". \
 A motion that does not walk is written all the same, exit code 3. Where none is found, it is searched for from a usual speed on, step by step: told is the nearest speed that a gait is found at with the limits that are met there (a fast speed is \
 come to that way at once). Where that is not found either, the violated constraints are told with phase and node; exit code 4, nothing is written.
 
@@ -40,7 +41,7 @@ exit code 130; the same command, also with further speeds behind, takes over wha
 Gaits are taken over if their file and the one in FOLDER/searches are of the same robot, form, options and speeds up to their own; others are found anew and written over.
 
 JSON: {\"form\", \"robot\", \"wished\": {\"mass\" (kg), \"height\" (m), \"gravity\" (m/s²), \"friction\", \"clearance\", \"zmp\" (m), \"impulse\" (N s), \"by_size\"}, \"complete\", \"gaits\": [{\"speed\" (m/s), \"taken_over\", \"feasible\", \"minimum\", \"iterations\", \"seconds\", \"durations\" (s), \"step_length\" (m), \"cost_of_transport\", \
-\"margins\": {\"friction\", \"impact_friction\", \"push\" (N), \"impulse\" (N s), \"zmp\", \"clearance\" (m), \"torque\", \"largest_torque\" (N m), \"joint\", \"velocity\"}, \"rounds\", \"lacking\", \"search_seconds\", \"violations\": \
+\"margins\": {\"friction\", \"impact_friction\", \"push\" (N), \"impulse\" (N s), \"zmp\", \"clearance\" (m), \"torque\", \"largest_torque\" (N m), \"joint\", \"velocity\"}, \"impulse\" (N s), \"beginnings\": [{\"step\" (m), \"feasible\", \"cost\", \"cost_of_transport\", \"kept\"}], \"rounds\", \"lacking\", \"search_seconds\", \"violations\": \
 [{\"constraint\", \"phase\", \"node\", \"by\"}], \"reach\": {\"speed\" (m/s), \"beyond\" (m/s), \"limits\", \"usual\" (m/s)}, \"closed_loop\": {\"walks\", \"reason\", \"speed\" (per s), \"multiplier\", \"walking_speed\" (m/s), \"duration\" (s), \"cost_of_transport\", \"phases\": [{\"name\", \"motion\" and \"walked\": {\"duration\", \"phi_start\", \"phi_end\", \"speed_start\", \"speed_end\"}}], \"margins\": {\"steps\", \"verdict\", \"walking_speed\", \"friction\", \"impact_friction\", \"impulse\", \"zmp\", \"clearance\", \"torque\", \"joint\", \"velocity\"}}}]}.";
 
 /// Finds gaits: the least torques at a walking speed, within all limits
@@ -91,6 +92,9 @@ pub struct Optimise {
     /// Intervals of a step; each has three nodes
     #[arg(long, value_name = "N", default_value_t = 24)]
     intervals: usize,
+    /// Lengths of first steps that a search from nothing begins with, on all cores; the motion that costs least is kept. Default 1, of several phases 2
+    #[arg(long, value_name = "N")]
+    beginnings: Option<usize>,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
@@ -173,6 +177,9 @@ impl Optimise {
         within("--longest-step", self.longest_step, [0.05, 2.0]);
         within("--coefficients", self.coefficients as f64, [5.0, 16.0]);
         within("--intervals", self.intervals as f64, [6.0, 200.0]);
+        self.beginnings
+            .iter()
+            .for_each(|&x| within("--beginnings", x as f64, [1.0, MOST_BEGINNINGS as f64]));
         if !wrong.is_empty() {
             return Err(Diagnostics(wrong));
         }
@@ -181,6 +188,7 @@ impl Optimise {
             start: self.start.clone(),
             speeds: self.speed.clone(),
             coefficients: self.coefficients,
+            beginnings: self.beginnings,
             wishes: Wishes {
                 friction: self.friction,
                 clearance: self.clearance,
@@ -206,7 +214,7 @@ impl Optimise {
             value.map_or_else(String::new, |value| format!(" --{name} {value}"))
         };
         format!(
-            "bipedc gait optimise … --gait {}{}{} --friction {}{}{}{} --joints {} --multiplier {} --longest-step {} --coefficients {} --intervals {}",
+            "bipedc gait optimise … --gait {}{}{} --friction {}{}{}{} --joints {} --multiplier {} --longest-step {} --coefficients {} --intervals {}{}",
             self.gait,
             self.start.as_ref().map_or_else(String::new, |start| format!(" --start {start}")),
             if self.cost == MadeSmall::Torque { "" } else { " --cost transport" },
@@ -218,7 +226,8 @@ impl Optimise {
             self.multiplier,
             self.longest_step,
             self.coefficients,
-            self.intervals
+            self.intervals,
+            given("beginnings", self.beginnings.map(|count| count as f64))
         )
     }
 }

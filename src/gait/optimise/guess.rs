@@ -18,8 +18,12 @@ pub(super) struct Guess {
     pub height: f64,
 }
 
-/// Part of the leg's length that a step has.
+/// Part of the base's height that a step has.
 const STEP: f64 = 0.45;
+/// The same where a search has several beginnings, in this order: robots with feet have many minima, and which one is found depends mostly on the first step.
+const STEPS: [f64; MOST_BEGINNINGS] = [STEP, 0.35, 0.25, 0.6, 0.75, 0.3];
+/// Beginnings at most.
+pub const MOST_BEGINNINGS: usize = 6;
 /// The longest that a step takes, over the time √(h/g) of a pendulum as high as the base.
 const LONGEST: f64 = 4.0;
 /// How far joints begin from their limits and knees from being straight, rad.
@@ -35,23 +39,29 @@ struct Postures<'a> {
 /// Feet by index: x of their middle, and height.
 type Feet = Vec<[f64; 2]>;
 
-/// Without any knowledge but the robot's.
-pub(super) fn naive(of: &Collocation, layout: &Layout, speed: f64) -> Guess {
-    around(of, layout, speed, None)
+/// Without any knowledge but the robot's; `beginning` counts the lengths of steps that are tried.
+pub(super) fn naive(of: &Collocation, layout: &Layout, speed: f64, beginning: usize) -> Guess {
+    around(of, layout, (speed, first_step(of, speed, beginning)), None)
 }
 
-/// The same with this posture where it belongs, and steps as long as its.
+/// Length of the steps of a beginning, m.
+pub(super) fn first_step(of: &Collocation, speed: f64, beginning: usize) -> f64 {
+    let height = height(of);
+    STEPS[beginning % STEPS.len()] * shortness(speed, height, gravity(of)) * height
+}
+
+/// With steps of this length, m, or with this posture where it belongs, and steps as long as its.
 pub(super) fn around(
     of: &Collocation,
     layout: &Layout,
-    speed: f64,
+    (speed, step): (f64, f64),
     landing: Option<&LandingPosture>,
 ) -> Guess {
     let postures = Postures { of, layout, ease: ease(of) };
     let count = of.phases.len();
     let parts = parts(count);
     let short = shortness(speed, postures.height(), gravity(of));
-    let step = landing.map_or(STEP * short * postures.height(), |landing| landing.step);
+    let step = landing.map_or(step, |landing| landing.step);
     let similar = Similarity::new(of, postures.height());
     let duration = step / speed;
     let mut x = vec![0.0; layout.variables];

@@ -24,7 +24,7 @@ const MOVES: usize = 300;
 /// Size of a first move, rad, and of the smallest.
 const SIZES: [f64; 2] = [0.3, 1e-3];
 /// How much more than what is asked for a landing at the fastest speed is to leave.
-const ENOUGH: f64 = 2.0;
+pub(super) const ENOUGH: f64 = 2.0;
 
 /// The change behind a phase with what its postures are to keep.
 struct Landing<'a> {
@@ -262,7 +262,7 @@ mod tests {
         let (layout, demands) = (Layout::new(&of, &[1; 4]), Demands::new(0.4));
         let it = landing(&of, &layout, &demands);
         assert_eq!(it.phase, 2);
-        let guess = naive(&of, &layout, 0.4);
+        let guess = naive(&of, &layout, 0.4, 0);
         let last = layout.motion(2, layout.phases[2].nodes() - 1, 0);
         let q = it.settled(guess.x[last..last + layout.nv].to_vec()).unwrap();
         let v = it.approach(&q).unwrap();
@@ -294,7 +294,7 @@ mod tests {
         let of = form("seven_link_v1", "collocated");
         let (layout, demands) = (Layout::new(&of, &[1; 4]), Demands::of_size(0.4, [19.0, 0.6, 9.81]));
         let it = landing(&of, &layout, &demands);
-        let guess = naive(&of, &layout, 0.4);
+        let guess = naive(&of, &layout, 0.4, 0);
         let last = layout.motion(2, layout.phases[2].nodes() - 1, 0);
         let usual = it.settled(guess.x[last..last + layout.nv].to_vec()).unwrap();
         assert!(it.reserve(&usual).unwrap() < 0.0);

@@ -63,6 +63,12 @@ fn refusal(joints: &[Joint], pair: &SymmetricPair, distance: f64) -> Option<Diag
     Some(Diagnostic::error(message).help(help))
 }
 
+/// The least distance from a stop that is asked of any joint, rad or m, where joints of a short range are asked for less.
+pub fn least_distance(of: &Collocation, distance: f64) -> f64 {
+    let limits = of.description.joints.iter().filter_map(|joint| joint.position_limits);
+    limits.map(|(low, high)| between([low, high], distance)[0] - low).fold(distance, f64::min)
+}
+
 /// Limits of a right joint as those of its left one.
 fn mirrored([low, high]: [f64; 2], sign: f64) -> [f64; 2] {
     // Adding zero takes the sign off it.

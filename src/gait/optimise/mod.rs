@@ -24,7 +24,7 @@ pub use body::{size, slides, weight};
 pub use demands::{Demands, Objective, Wishes};
 pub use landing::lands_by_posture;
 pub use margins::MotionMargins;
-pub use mirrored::exchangeable;
+pub use mirrored::{exchangeable, least_distance};
 pub use rows::RowName;
 pub use write::gait_text;
 
@@ -36,7 +36,9 @@ use bipedc_compiler::description::gait::AnyGait;
 use bipedc_effects::diagnostic::Diagnostic;
 use body::gravity;
 use constraints::Builder;
+pub use guess::MOST_BEGINNINGS;
 use guess::Guess;
+use landing::LandingPosture;
 use layout::Layout;
 use similarity::{Measure, Similarity};
 use transcription::Transcription;
@@ -103,14 +105,20 @@ pub fn from_neighbour(
     solve(of, demands, &from, Stage::Gait, watch)
 }
 
-/// Finds a gait from nothing but the robot.
+/// Length of the first steps of a beginning by its number, m.
+pub fn first_step(of: &Collocation, demands: &Demands, beginning: usize) -> f64 {
+    guess::first_step(of, demands.speed, beginning)
+}
+
+/// Finds a gait from nothing but the robot. `beginning`, from 0 to below [`MOST_BEGINNINGS`], says how long the first steps are.
 pub fn from_nothing(
     of: &Collocation,
     demands: &Demands,
+    beginning: usize,
     watch: &mut dyn FnMut(Stage, &Iteration) -> bool,
 ) -> Optimum {
     let layout = Layout::new(of, &intervals(of, demands));
-    let guess = guess::naive(of, &layout, demands.speed);
+    let guess = guess::naive(of, &layout, demands.speed, beginning);
     in_two_stages(of, [&demands.eased(), demands], &begun(of, guess, layout), watch)
 }
 
@@ -121,20 +129,36 @@ pub fn from_landing(
     watch: &mut dyn FnMut(Stage, &Iteration) -> bool,
 ) -> Option<Optimum> {
     let layout = Layout::new(of, &intervals(of, demands));
-    let naive = guess::naive(of, &layout, demands.speed);
-    let landing = landing::posture(of, &layout, demands, &naive)?;
-    let guess = guess::around(of, &layout, demands.speed, Some(&landing));
-    let push = LandingPush { phase: landing.phase, push: landing.reserve * demands.landing[1] };
+    let (landing, push) = landing_of(of, demands, &layout)?;
+    let guess = guess::around(of, &layout, (demands.speed, landing.step), Some(&landing));
     let start = Optimum { landing: Some(push), ..begun(of, guess, layout) };
     // The first motion keeps what the posture was found for: asked for less, it leaves it again.
     let first = Demands { impulse: demands.impulse, ..demands.eased() };
     Some(in_two_stages(of, [&first, demands], &start, watch))
 }
 
+/// The largest impulse that it makes sense to ask for, N s: what is asked for, if the landing of the toe pushes with as much in some posture; else [`landing::ENOUGH`] times less than
+/// it pushes with in the best that was found. None: the robot has no such landing, or it pulls in every posture that was found.
+pub fn impulse_that_lands(of: &Collocation, demands: &Demands) -> Option<f64> {
+    let layout = Layout::new(of, &intervals(of, demands));
+    let (_, LandingPush { push, .. }) = landing_of(of, demands, &layout)?;
+    match push >= demands.impulse {
+        true => Some(demands.impulse),
+        false => (push > 0.0).then_some(push / landing::ENOUGH),
+    }
+}
+
+fn landing_of(of: &Collocation, demands: &Demands, layout: &Layout) -> Option<(LandingPosture, LandingPush)> {
+    let naive = guess::naive(of, layout, demands.speed, 0);
+    let landing = landing::posture(of, layout, demands, &naive)?;
+    let push = LandingPush { phase: landing.phase, push: landing.reserve * demands.landing[1] };
+    Some((landing, push))
+}
+
 /// The first phase of which the phase variable does not grow along the motion from which [`from_nothing`] begins, and its values at both ends.
 pub fn stays(of: &Collocation, demands: &Demands) -> Option<(usize, [f64; 2])> {
     let layout = Layout::new(of, &intervals(of, demands));
-    let guess = guess::naive(of, &layout, demands.speed);
+    let guess = guess::naive(of, &layout, demands.speed, 0);
     let at = |p: usize, node: usize| {
         rows_of(of, &layout, &guess.x, (p, node), NodeRow::Phase).first().copied().unwrap_or(f64::NAN)
     };

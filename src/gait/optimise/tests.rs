@@ -35,7 +35,7 @@ fn derivatives_are_those_of_differences(objective: Objective) {
     let of = form("seven_link_v1", "collocated");
     let demands = Demands { intervals: 6, objective, ..Demands::new(0.4) };
     let layout = Layout::new(&of, &[2, 2, 2, 2]);
-    let guess = guess::naive(&of, &layout, 0.4);
+    let guess = guess::naive(&of, &layout, 0.4, 0);
     let similar = Similarity::new(&of, guess.height);
     let builder = Builder {
         of: &of,
@@ -150,7 +150,7 @@ fn size_mass_and_gravity_of_a_robot_make_no_other_program() {
             ..usual
         };
         let layout = Layout::new(&of, &[2, 2, 2, 2]);
-        let guess = guess::naive(&of, &layout, demands.speed);
+        let guess = guess::naive(&of, &layout, demands.speed, 0);
         let similar = Similarity::new(&of, guess.height);
         let builder = Builder {
             of: &of,
@@ -220,7 +220,7 @@ fn knees_without_limits_begin_bent_ahead() {
 fn a_five_link_gait_is_found_from_nothing() {
     let of = form("five_link", "optimised");
     let demands = Demands { intervals: 12, ..Demands::new(0.7) };
-    let found = from_nothing(&of, &demands, &mut |_, _| true);
+    let found = from_nothing(&of, &demands, 0, &mut |_, _| true);
     assert_eq!(found.ending, Ending::Minimum, "{:?}", found.violations);
     let margins = found.margins(&of);
     assert!(margins.friction <= 0.5 + 1e-6 && margins.impact_friction.unwrap() <= 0.5 + 1e-6, "{margins:?}");
@@ -241,12 +241,12 @@ fn a_five_link_gait_is_found_from_nothing() {
 fn a_neighbour_of_four_phases_is_found_in_few_iterations() {
     let of = form("seven_link_v1", "collocated");
     let demands = |speed: f64| Wishes::default().demands(speed, size(&of)).with_reserve();
-    let found = from_nothing(&of, &demands(0.4), &mut |_, _| true);
+    let found = from_nothing(&of, &demands(0.4), 0, &mut |_, _| true);
     let again = from_neighbour(&of, &demands(0.42), &found, &mut |_, _| true);
     assert_eq!((found.ending, again.ending), (Ending::Minimum, Ending::Minimum));
     assert!(again.iterations <= 20, "{} {}", again.iterations, found.iterations);
     // It is no worse than that from nothing, which ends in another valley.
-    let anew = from_nothing(&of, &demands(0.42), &mut |_, _| true);
+    let anew = from_nothing(&of, &demands(0.42), 0, &mut |_, _| true);
     assert!(again.cost <= anew.cost, "{} {}", again.cost, anew.cost);
     // What a library keeps of it is all that the next search needs, to the last bit.
     let kept = Optimum::from_text(&of, &found.to_text()).unwrap();
@@ -258,7 +258,7 @@ fn a_neighbour_of_four_phases_is_found_in_few_iterations() {
 fn what_cannot_be_is_named_with_its_place() {
     let of = form("five_link", "optimised");
     let demands = Demands { intervals: 6, longest_step: 0.05, ..Demands::new(0.7) };
-    let found = from_nothing(&of, &demands, &mut |_, _| true);
+    let found = from_nothing(&of, &demands, 0, &mut |_, _| true);
     assert!(!matches!(found.ending, Ending::Minimum | Ending::Feasible), "{:?}", found.ending);
     let named = found.violations.iter().any(|(name, by)| {
         ["length of the step", "walking speed"].contains(&name.what.as_str()) && by.abs() > 1e-4
