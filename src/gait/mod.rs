@@ -16,7 +16,7 @@ pub use bipedc_analysis::gait::{Assumptions, Reason};
 pub(crate) use chain::light;
 pub use chain::{Chain, ChainOptions, ChainStep, ChainedPhase, Hop, MidStance, PhaseEnergy, Refused};
 pub use controller::ProgramController;
-pub use cycle::{CycleOptions, Cycles, Whole};
+pub use cycle::{CycleOptions, Cycles, Whole, WholeCycle};
 pub use map::{GaitMap, MapOptions};
 pub use over::{Over, Range};
 pub(crate) use parameters::Parametrised;

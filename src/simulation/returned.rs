@@ -1,6 +1,6 @@
 //! What a step of the whole robot under its gait's controller makes of small deviations: Poincaré multipliers of the full hybrid model.
 use super::{Walker, walker};
-use crate::gait::cycle::Whole;
+use crate::gait::cycle::{Whole, WholeCycle};
 use crate::gait::{AnyBench, Chain};
 use bipedc_analysis::simulate::phases::{
     Assumptions, End, LandingGuard, PhasedRobot, Precision, Start, walk,
@@ -10,6 +10,7 @@ use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_runtime::control::{Controller, Observation};
 use bipedc_runtime::{Argument, Model, State};
 use nalgebra::{DMatrix, DVector};
+use std::cmp::Ordering;
 
 /// Deviations of angles (rad, m) and of speeds, as a part of the largest one: where torques go from limit to limit steps are known to some 1e-7.
 const MOVED: [f64; 2] = [2e-5, 2e-5];
@@ -18,6 +19,10 @@ const MOVED_ACROSS_LIMITS: [f64; 2] = [1e-3, 1e-3];
 const LONGEST: f64 = 20.0;
 /// Singular values of contacts that count as none, as a part of the largest.
 const DEPENDENT: f64 = 1e-9;
+/// Steps of Newton's method at most.
+const NEWTON: usize = 6;
+/// Steps that miss no more than this repeat themselves: the integration is not known better, rad, m, rad/s, m/s.
+const KNOWN: f64 = 1e-8;
 /// Rounds in which contacts are put back where they were.
 const ROUNDS: usize = 12;
 
@@ -244,10 +249,31 @@ impl<'w> Returned<'w> {
             };
             slopes.set_column(k, &((moved(by)? - moved(-by)?) / (2.0 * by)));
         }
+        let repeats = self.repeating(&slopes, miss);
         let mut found: Vec<[f64; 2]> =
             slopes.complex_eigenvalues().iter().map(|value| [value.re, value.im]).collect();
         found.sort_by(|a, b| b[0].hypot(b[1]).total_cmp(&a[0].hypot(a[1])).then(b[1].total_cmp(&a[1])));
         found.pop();
-        Ok(Whole { multipliers: found, miss: Some(miss), reason: None })
+        Ok(Whole { multipliers: found, miss: Some(miss), repeats, reason: None })
+    }
+
+    /// Newton's method on the step of the whole robot with the slopes of all rounds, from the cycle of the zero dynamics; none: steps do not come nearer to repeating themselves.
+    fn repeating(&self, slopes: &DMatrix<f64>, miss: f64) -> Option<WholeCycle> {
+        let count = slopes.nrows();
+        let newton = (slopes - DMatrix::identity(count, count)).lu();
+        let (mut moved, mut rounds) = (DVector::zeros(count), 0);
+        let mut missed = self.step(&moved).ok()?;
+        while rounds < NEWTON {
+            let further = &moved - newton.solve(&missed)?;
+            let next = self.step(&further).ok()? - &further;
+            // What is left are the tolerances of the integration, or torques that go from limit to limit.
+            if next.amax().partial_cmp(&missed.amax()) != Some(Ordering::Less) {
+                break;
+            }
+            (moved, missed, rounds) = (further, next, rounds + 1);
+        }
+        let [q, v] = self.state(&moved).ok()?;
+        let off = (q - &self.q).amax().max((v - &self.v).amax());
+        (rounds > 0 || miss <= KNOWN).then(|| WholeCycle { off, miss: missed.amax(), rounds })
     }
 }

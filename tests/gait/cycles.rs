@@ -229,10 +229,28 @@ fn the_whole_robot_has_the_multiplier_of_its_zero_dynamics_and_no_other() {
         assert!((all[0][0] - known).abs() < 1e-5 && all[0][1].abs() < 1e-5, "{folder}: {known} {all:?}");
         assert!(all[1..].iter().all(|x| size(*x) < 1e-3), "{folder}: {all:?}");
         assert!(of["whole"]["miss"].as_f64().unwrap() < 1e-8, "{of}");
+        // Where it begins the zero dynamics' cycle is its own.
+        let own = |key: &str| of["whole"]["repeats"][key].as_f64().unwrap();
+        assert!(own("off") < 1e-8 && own("miss") < 1e-8, "{of}");
         // All directions in which the foot stays, twice, less that of the motion itself.
         let joints = if folder.ends_with("three_link") { 2 } else { 4 };
         assert_eq!(all.len(), 2 * (joints + 1) - 1);
     }
+}
+
+/// Where torques meet their limits the whole robot's cycle is not that of the zero dynamics: Newton's method finds it from there, and a step comes back a million times nearer.
+#[test]
+#[ignore = "takes long"]
+fn newtons_method_finds_the_whole_robots_own_cycle() {
+    let found = bipedc(&["gait", "cycle", "robots/seven_link_v1", "--gait", "firm", "--json"]).ok().json();
+    let whole = &found["cycles"][0]["whole"];
+    let [miss, off, left] =
+        [&whole["miss"], &whole["repeats"]["off"], &whole["repeats"]["miss"]].map(|x| x.as_f64().unwrap());
+    println!("{whole}");
+    assert!(miss > 1e-5 && left < 1e-7, "{whole}");
+    // As far as a step misses, over 1 − multiplier at most.
+    let largest = whole["multipliers"][0][0].as_f64().unwrap();
+    assert!(off > 0.1 * miss && off < 2.0 * miss / (1.0 - largest), "{whole}");
 }
 
 /// Of a robot with feet and a tail whose steps are possible up to 0.42 m/s at mid-stance: the guess after the first two steps was beyond, and that was the end of it.

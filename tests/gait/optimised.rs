@@ -67,6 +67,38 @@ fn a_gait_of_four_phases_keeps_every_margin_from_a_seed_and_from_nothing() {
     }
 }
 
+/// Two lengths of first steps end at two motions, of which the cheaper one is kept and written, whatever the threads do; one alone tells of none.
+#[test]
+#[ignore = "takes long"]
+fn of_several_beginnings_the_cheapest_motion_is_kept() {
+    let folder = scratch("optimised-beginnings");
+    let found = |name: &str, more: &[&str]| {
+        let out = folder.join(name);
+        let asked = ["gait", "optimise", "robots/seven_link_v1", "--gait", "collocated", "--speed", "0.6"];
+        let found = bipedc(&[&asked[..], &["--out", text(&out), "--json"], more].concat()).ok().json();
+        (found["gaits"][0].clone(), std::fs::read_to_string(&out).unwrap())
+    };
+    let (usual, written) = found("usual.toml", &[]);
+    let told = usual["beginnings"].as_array().unwrap();
+    assert_eq!(told.len(), 2, "{usual}");
+    let number = |of: &Value, key: &str| of[key].as_f64().unwrap();
+    assert!(number(&told[0], "step") > number(&told[1], "step"), "{usual}");
+    let costs = [number(&told[0], "cost"), number(&told[1], "cost")];
+    assert!((costs[0] / costs[1] - 1.0).abs() > 0.01, "{usual}");
+    for beginning in told {
+        let cheapest = number(beginning, "cost") <= costs[0].min(costs[1]);
+        assert_eq!(beginning["kept"].as_bool(), Some(cheapest), "{usual}");
+    }
+    let kept = told.iter().find(|beginning| beginning["kept"] == true).unwrap();
+    assert_eq!((&usual["rounds"], &usual["cost_of_transport"]), (&1.into(), &kept["cost_of_transport"]));
+    let (_, again) = found("again.toml", &[]);
+    assert_eq!(written, again);
+    let (one, _) = found("one.toml", &["--beginnings", "1"]);
+    assert_eq!(one["beginnings"], Value::Array(Vec::new()));
+    let straight = (number(&one, "cost_of_transport"), number(&told[0], "cost_of_transport"));
+    assert!((straight.0 / straight.1 - 1.0).abs() < 1e-9, "{straight:?}");
+}
+
 /// Twenty steps of a robot by a gait file, from event to event, all assumptions checked.
 fn steps_by(folder: &Path, robot: &str, gait: &Path, mid_stance_speed: f64) -> Value {
     let scenario = folder.join("walk-scenario.toml");

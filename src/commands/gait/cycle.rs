@@ -21,7 +21,7 @@ step length is how far the base comes.
 K at mid-stance (thesis 6.19) is told between which steps keep friction, push and torques, and the speeds from which steps come back to the cycle that way. Without \
 --over the whole robot is simulated from states near the beginning of a step: its multipliers are those of the full hybrid model.
 JSON: {\"gait\", \"robot\", \"speed_unit\", \"energy_unit\", \"over\", \"over_unit\", \"complete\", \"cycles\": [{\"parameters\", \"cycle\": {\"speed\", \"multiplier\", \
-\"duration\" (s), \"step_length\" (m), \"walking_speed\" (m/s), \"work\" (J), \"net_work\" (J), \"cost_of_transport\", \"energy\", \"k_min\", \"k_max\", \"basin\"}, \"reason\", \"whole\": {\"multipliers\": [[real, imaginary]], \"miss\", \"reason\"}}]}.";
+\"duration\" (s), \"step_length\" (m), \"walking_speed\" (m/s), \"work\" (J), \"net_work\" (J), \"cost_of_transport\", \"energy\", \"k_min\", \"k_max\", \"basin\"}, \"reason\", \"whole\": {\"multipliers\": [[real, imaginary]], \"miss\", \"repeats\": {\"off\", \"miss\", \"rounds\"}, \"reason\"}}]}.";
 
 /// Walking that repeats itself: its speed, stability and cost
 #[derive(Args)]

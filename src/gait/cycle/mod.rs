@@ -66,8 +66,21 @@ pub struct Whole {
     pub multipliers: Vec<[f64; 2]>,
     /// By how much a step of the whole robot misses the state in which it began: largest of rad (m) and rad/s (m/s).
     pub miss: Option<f64>,
+    /// The cycle of the whole robot; none where none was found near that of the zero dynamics.
+    pub repeats: Option<WholeCycle>,
     /// Why there are no multipliers.
     pub reason: Option<String>,
+}
+
+/// A state of the whole robot from which a step comes back to it, by Newton's method on the full hybrid model.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct WholeCycle {
+    /// Largest difference from the state in which the cycle of the zero dynamics begins: of rad (m) and rad/s (m/s).
+    pub off: f64,
+    /// By how much a step misses it, the same way.
+    pub miss: f64,
+    /// Steps of the method that brought it nearer.
+    pub rounds: usize,
 }
 
 impl GaitBench {

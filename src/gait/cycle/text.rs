@@ -86,5 +86,11 @@ fn whole(found: &Whole) -> String {
         _ => format!("{real:.4} {} {:.4} i", if *imaginary < 0.0 { '−' } else { '+' }, imaginary.abs()),
     };
     let all: Vec<String> = found.multipliers.iter().map(one).collect();
-    format!("\nmultipliers of the whole robot under its controller (1): {}\n", all.join(", "))
+    let cycle = found.repeats.map_or_else(String::new, |cycle| {
+        format!(
+            "its own cycle, by Newton's method, begins {:.1e} beside that of the zero dynamics, and a step comes back to it within {:.1e} (rad, m, rad/s, m/s)\n",
+            cycle.off, cycle.miss
+        )
+    });
+    format!("\nmultipliers of the whole robot under its controller (1): {}\n{cycle}", all.join(", "))
 }

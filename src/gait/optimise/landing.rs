@@ -309,4 +309,18 @@ mod tests {
             assert!((low..=high).contains(&q), "{:?}", found.q);
         }
     }
+
+    /// What a landing can push with is asked for as it is; of more than any posture pushes with, a half of that is left. Who has no such landing is asked for anything.
+    #[test]
+    fn no_more_is_asked_for_than_a_landing_can_push_with() {
+        let of = form("seven_link_v1", "collocated");
+        let usual = Demands::of_size(0.4, [19.0, 0.6, 9.81]);
+        assert_eq!(impulse_that_lands(&of, &usual), Some(usual.impulse));
+        let large = Demands { impulse: 30.0, ..usual.clone() };
+        let possible = impulse_that_lands(&of, &large).unwrap();
+        assert!((usual.impulse..15.0).contains(&possible), "{possible} N s");
+        // The posture that pushes most keeps what is left, by far.
+        assert_eq!(impulse_that_lands(&of, &Demands { impulse: possible, ..large }), Some(possible));
+        assert_eq!(impulse_that_lands(&form("five_link", "optimised"), &usual), None);
+    }
 }
