@@ -69,7 +69,7 @@ pub struct OptimisedGait {
     pub landing: Option<Landing>,
     /// Smallest vertical impulse that the walk is to keep, N s: less than what is usual where the landing of the toe pushes with less.
     pub impulse: f64,
-    /// Of the first search, where it had several.
+    /// Of the last search that had several.
     pub beginnings: Vec<Beginning>,
     /// Searches: after the first one each asked for a little more where the walk under the controller lacked something.
     pub rounds: usize,

@@ -181,7 +181,7 @@ impl Workbench {
         let at = |speed: f64| Demands { speed, ..demands.clone() };
         let mut begun = None;
         for speed in beginnings(asked, demands.speed) {
-            let first = self.search(asked, &at(speed), None, FirstGuess::Straight(1))?.optimum;
+            let first = self.search(asked, &at(speed), None, &FirstGuess::Straight(0..1))?.optimum;
             *iterations += first.iterations;
             if is_found(&first) {
                 begun = Some((speed, first));

@@ -3,7 +3,9 @@ use super::closed_loop::{Lack, Tried};
 use super::optimised::{Asked, OptimisedGait, described};
 use super::search::{Beginning, FirstGuess};
 use super::{Workbench, library};
-use crate::gait::optimise::{Demands, Optimum, gait_text, impulse_that_lands, lands_by_posture, least_distance, size};
+use crate::gait::optimise::{
+    Demands, Optimum, gait_text, impulse_that_lands, lands_by_posture, least_distance, size,
+};
 use crate::simulation::Trial;
 use bipedc_effects::diagnostic::Diagnostics;
 use std::time::Instant;
@@ -60,7 +62,7 @@ impl Workbench {
             demands: wished.with_reserve(),
             wished: Demands { joint: least_distance(asked.of, wished.joint), ..wished },
             near: near.cloned(),
-            guess: FirstGuess::Straight(asked.beginnings()),
+            guess: FirstGuess::Straight(0..asked.beginnings()),
             best: None,
             beginnings: Vec::new(),
             others: Vec::new(),
@@ -68,9 +70,6 @@ impl Workbench {
             iterations: 0,
             search_seconds: 0.0,
         };
-        if near.is_none() && asked.seed.is_none() {
-            rounds.give_way();
-        }
         while rounds.count < ROUNDS {
             match rounds.next(begin)? {
                 Next::Another => {}
@@ -99,12 +98,14 @@ impl Workbench {
 
 impl Rounds<'_> {
     fn next(&mut self, begin: Instant) -> Result<Next, Diagnostics> {
-        let searched = self.bench.search(self.asked, &self.demands, self.near.as_ref(), self.guess)?;
+        let searched = self.bench.search(self.asked, &self.demands, self.near.as_ref(), &self.guess)?;
         if (self.bench.stop)() {
             return Ok(Next::Stopped);
         }
         if self.count == 0 {
             self.search_seconds = begin.elapsed().as_secs_f64();
+        }
+        if !searched.beginnings.is_empty() {
             (self.beginnings, self.others) = (searched.beginnings, searched.others);
         }
         self.count += 1;
@@ -131,31 +132,38 @@ impl Rounds<'_> {
     /// Another beginning, or more nodes.
     fn not_found(&mut self, gait: OptimisedGait, optimum: Optimum) -> Next {
         let walks = self.best.as_ref().is_some_and(|(lack, ..)| lack.walks);
-        let straight = matches!(self.guess, FirstGuess::Straight(_));
-        let another = straight && self.near.is_none() && lands_by_posture(self.asked.of);
+        let another = match &self.guess {
+            FirstGuess::Straight(_) if self.near.is_some() || !lands_by_posture(self.asked.of) => None,
+            FirstGuess::Straight(tried) => Some(tried.end..tried.end + tried.len()),
+            FirstGuess::Landing => None,
+        };
         let landing = gait.landing.clone();
         let (_, told, _) = self.best.get_or_insert((Lack::everything(), gait, optimum));
         told.landing = landing.or(told.landing.take());
-        if walks || !another && !self.demands.finer() {
+        if walks || another.is_none() && !self.demands.finer() {
             return Next::Nothing;
         }
         self.near = None;
-        if another {
-            self.guess = FirstGuess::Landing;
+        if let Some(others) = another {
+            // What is asked for now is another thing, and so is where it is looked for.
+            self.guess = if self.gives_way() { FirstGuess::Straight(others) } else { FirstGuess::Landing };
         }
         Next::Another
     }
 
-    /// Where nobody asked for an impulse, no more of it is asked for than the landing of a toe can push with in any posture that is found: that search would be in vain.
-    fn give_way(&mut self) {
+    /// Where nobody asked for an impulse and none was found with what is usual, no more of it is asked for than the landing of a toe pushes with in the best posture that is
+    /// known; false: it pushes with as much.
+    fn gives_way(&mut self) -> bool {
         if self.asked.options.wishes.impulse.is_some() {
-            return;
+            return false;
         }
         let possible = impulse_that_lands(self.asked.of, &self.demands);
-        if let Some(possible) = possible.filter(|possible| *possible < self.demands.impulse) {
-            self.wished.impulse *= possible / self.demands.impulse;
-            self.demands.impulse = possible;
-        }
+        let Some(possible) = possible.filter(|possible| *possible < self.demands.impulse) else {
+            return false;
+        };
+        self.wished.impulse *= possible / self.demands.impulse;
+        self.demands.impulse = possible;
+        true
     }
 
     /// A motion as the gait that would be written.

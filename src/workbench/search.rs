@@ -8,13 +8,14 @@ use bipedc_analysis::nonlinear::{Ending, Iteration};
 use bipedc_analysis::parallel::parallel;
 use bipedc_effects::diagnostic::Diagnostic;
 use serde::Serialize;
+use std::ops::Range;
 use std::sync::Mutex;
 
 /// Where a search begins that has no neighbour.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum FirstGuess {
-    /// Feet on straight lines with so many lengths of the first steps, or the gait to begin from.
-    Straight(usize),
+    /// Feet on straight lines with these lengths of the first steps, by their numbers, or the gait to begin from.
+    Straight(Range<usize>),
     /// With a posture in which the landing of the toe pushes on all feet.
     Landing,
 }
@@ -75,14 +76,15 @@ impl Workbench {
         asked: &Asked<'_>,
         demands: &Demands,
         near: Option<&Optimum>,
-        guess: FirstGuess,
+        guess: &FirstGuess,
     ) -> Result<Searched, Diagnostic> {
         let stage = format!("optimising for {} m/s", demands.speed);
         if near.is_none()
             && asked.seed.is_none()
-            && let FirstGuess::Straight(count @ 2..) = guess
+            && let FirstGuess::Straight(beginnings) = guess
+            && beginnings.len() > 1
         {
-            return Ok(self.best_of(asked, demands, count, &stage));
+            return Ok(self.best_of(asked, demands, beginnings, &stage));
         }
         self.progress.counted(&stage, |advance| {
             let mut watch = |stage: Stage, at: &Iteration| {
@@ -92,7 +94,7 @@ impl Workbench {
             if let Some(near) = near {
                 return Ok(from_neighbour(asked.of, demands, near, &mut watch).into());
             }
-            if guess == FirstGuess::Landing
+            if *guess == FirstGuess::Landing
                 && let Some(found) = from_landing(asked.of, demands, &mut watch)
             {
                 return Ok(found.into());
@@ -107,30 +109,37 @@ impl Workbench {
     }
 
     /// Searches with several lengths of the first steps, on all cores; of those that found a motion the one that costs least, of equal ones the first.
-    fn best_of(&self, asked: &Asked<'_>, demands: &Demands, count: usize, stage: &str) -> Searched {
+    fn best_of(
+        &self,
+        asked: &Asked<'_>,
+        demands: &Demands,
+        beginnings: &Range<usize>,
+        stage: &str,
+    ) -> Searched {
+        let count = beginnings.len();
         let parts = Mutex::new(vec![0.0_f64; count]);
         // Told under the lock, and never less than before: threads tell it in turn.
-        let tell = |beginning: usize, part: f64| {
+        let tell = |index: usize, part: f64| {
             let Ok(mut parts) = parts.lock() else { return };
-            if part > parts[beginning] {
-                parts[beginning] = part;
+            if part > parts[index] {
+                parts[index] = part;
                 self.progress.advance(parts.iter().sum::<f64>() / count as f64);
             }
         };
         self.progress.begin(stage, true);
-        let found = parallel(count, |beginning| {
-            from_nothing(asked.of, demands, beginning, &mut |stage, at| {
-                tell(beginning, part_done(stage, at));
+        let found = parallel(count, |index| {
+            from_nothing(asked.of, demands, beginnings.start + index, &mut |stage, at| {
+                tell(index, part_done(stage, at));
                 !(self.stop)()
             })
         });
         self.progress.end();
-        chosen(asked, demands, found)
+        chosen(asked, demands, found, beginnings.start)
     }
 }
 
 /// Of searches from several beginnings the one to go on from.
-fn chosen(asked: &Asked<'_>, demands: &Demands, found: Vec<Optimum>) -> Searched {
+fn chosen(asked: &Asked<'_>, demands: &Demands, found: Vec<Optimum>, first: usize) -> Searched {
     let mut best = 0;
     for (index, other) in found.iter().enumerate() {
         let better = match (is_found(other), is_found(&found[best])) {
@@ -140,7 +149,7 @@ fn chosen(asked: &Asked<'_>, demands: &Demands, found: Vec<Optimum>) -> Searched
         best = if better { index } else { best };
     }
     let told = |(index, optimum): (usize, &Optimum)| Beginning {
-        step: first_step(asked.of, demands, index),
+        step: first_step(asked.of, demands, first + index),
         feasible: is_found(optimum),
         cost: optimum.cost,
         cost_of_transport: optimum.cost_of_transport(asked.of),

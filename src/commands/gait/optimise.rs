@@ -177,9 +177,7 @@ impl Optimise {
         within("--longest-step", self.longest_step, [0.05, 2.0]);
         within("--coefficients", self.coefficients as f64, [5.0, 16.0]);
         within("--intervals", self.intervals as f64, [6.0, 200.0]);
-        self.beginnings
-            .iter()
-            .for_each(|&x| within("--beginnings", x as f64, [1.0, MOST_BEGINNINGS as f64]));
+        self.beginnings.iter().for_each(|&x| within("--beginnings", x as f64, [1.0, MOST_BEGINNINGS as f64]));
         if !wrong.is_empty() {
             return Err(Diagnostics(wrong));
         }
