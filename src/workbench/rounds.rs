@@ -1,7 +1,7 @@
 //! Searches at one speed: after the first each asks for a little more where the walk under the controller lacked something, or begins elsewhere where none was found.
 use super::closed_loop::{Lack, Tried};
 use super::optimised::{Asked, OptimisedGait, described};
-use super::search::{Beginning, FirstGuess};
+use super::search::{Beginning, FirstGuess, is_found};
 use super::{Workbench, library};
 use crate::gait::optimise::{
     Demands, Optimum, gait_text, impulse_that_lands, lands_by_posture, least_distance, size,
@@ -10,7 +10,7 @@ use crate::simulation::Trial;
 use bipedc_effects::diagnostic::Diagnostics;
 use std::time::Instant;
 
-/// Searches at one speed at most.
+/// Motions that are tried at one speed at most. Searches that find none end by themselves: there are so many beginnings and nodes.
 const ROUNDS: usize = 6;
 
 /// What is known after some searches.
@@ -31,7 +31,10 @@ struct Rounds<'a> {
     beginnings: Vec<Beginning>,
     /// Motions of other beginnings that cost more, the cheapest last: tried where that does not walk which costs least.
     others: Vec<(usize, Optimum)>,
+    /// Searches.
     count: usize,
+    /// Of these, those that found a motion.
+    tried: usize,
     iterations: usize,
     search_seconds: f64,
 }
@@ -67,10 +70,11 @@ impl Workbench {
             beginnings: Vec::new(),
             others: Vec::new(),
             count: 0,
+            tried: 0,
             iterations: 0,
             search_seconds: 0.0,
         };
-        while rounds.count < ROUNDS {
+        while rounds.tried < ROUNDS {
             match rounds.next(begin)? {
                 Next::Another => {}
                 Next::Nothing => break,
@@ -110,14 +114,15 @@ impl Rounds<'_> {
         }
         self.count += 1;
         self.iterations += searched.iterations;
+        self.tried += usize::from(is_found(&searched.optimum));
         let mut optimum = searched.optimum;
         let mut from = self.beginnings.iter().position(|beginning| beginning.kept).unwrap_or(0);
         loop {
-            let gait = described(self.asked.of, &optimum, (self.demands.speed, self.demands.impulse));
+            let gait = described(self.asked.of, &optimum, (self.wished.speed, self.demands.impulse));
             if !gait.feasible {
                 return Ok(self.not_found(gait, optimum));
             }
-            let next = self.tried(gait, optimum)?;
+            let next = self.walked(gait, optimum)?;
             if self.near.is_some() {
                 self.beginnings.iter_mut().enumerate().for_each(|(k, beginning)| beginning.kept = k == from);
                 return Ok(next);
@@ -167,7 +172,7 @@ impl Rounds<'_> {
     }
 
     /// A motion as the gait that would be written.
-    fn tried(&mut self, gait: OptimisedGait, optimum: Optimum) -> Result<Next, Diagnostics> {
+    fn walked(&mut self, gait: OptimisedGait, optimum: Optimum) -> Result<Next, Diagnostics> {
         let (asked, wished) = (self.asked, &self.wished);
         let friction = wished.friction;
         let head = asked.head(self.index);

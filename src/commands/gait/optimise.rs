@@ -27,7 +27,7 @@ the work of all joints over weight and distance, with a little of the squared ac
 
 What was found is tried as it would be written: steps under its own controller until they repeat themselves, then a walk of the whole robot from event to \
 event, with the ground checked as `bipedc simulate` with [assumptions] checks it. Where that walk lacks something of what was asked (speed within 1 %, friction, \
-impulses, centre of pressure, clearance, multiplier), the search goes on from there and asks for so much more, six rounds at most; a motion \
+impulses, centre of pressure, clearance, multiplier), the search goes on from there and asks for so much more, six motions at most; a motion \
 that does not walk is looked for again on more nodes. Robots with feet have many minima: --beginnings tries several lengths of the first steps and keeps the motion that costs least; \
 more of them take longer and often find a gait of half the cost. What is still missing is said, and is in the JSON under \"lacking\". \
 A motion that does not walk is written all the same, exit code 3. Where none is found, it is searched for from a usual speed on, step by step: told is the nearest speed that a gait is found at with the limits that are met there (a fast speed is \
