@@ -1,12 +1,18 @@
 //! When joints lie at their stops: the stop carries a torque there that no drive feels, so that the effort is a bound and tells nothing.
 use crate::log::Block;
 use crate::measure::columns::Plan;
+use crate::measure::noise::of_encoders;
 use crate::robot::JointLayout;
 
 /// A joint lies at its stop within this part of the way between its stops.
 const NEAR: f64 = 2e-3;
-/// A joint that lies there for more of the log than this was put there: its stop may carry nothing.
+/// A joint that is there for more of the log than this is looked at more closely: it lies at its stop where it is no farther from the outermost
+/// place that it takes than the noise of its position tells. One that is there, too, was put there: its stop may carry nothing.
 const MOST: f64 = 0.9;
+/// Noise of a position stays within so many standard deviations, as good as ever.
+const WITHIN: f64 = 4.5;
+/// Stops yield by this part of the way between them, however little noise there is.
+const YIELDS: f64 = 1e-4;
 /// Filters smear the torque that a stop takes over this part of a period of their cut-off, on either side.
 const SMEARED: f64 = 0.5;
 
@@ -24,20 +30,29 @@ struct OfJoint {
     position: Option<usize>,
     limits: [f64; 2],
     near: f64,
-    /// First and last time, s.
-    at: [Vec<[f64; 2]>; 2],
+    /// What the noise of the position does, either way.
+    reach: f64,
+    at: [Vec<Stay>; 2],
     /// The joint was seen beyond it, so that it is no stop.
     beyond: [bool; 2],
+}
+
+/// A joint near its stop, at one place as far as its noise tells.
+#[derive(Debug, Clone)]
+struct Stay {
+    /// First and last time, s.
+    times: [f64; 2],
+    /// Least and largest way to the stop.
+    ways: [f64; 2],
 }
 
 impl Stops {
     pub(crate) fn new(layout: &JointLayout, plan: &Plan) -> Self {
         let joints = layout.joints.iter().zip(&plan.joints).map(|(joint, columns)| {
             let limits = joint.limits.filter(|[low, high]| low < high)?;
-            let near = NEAR * (limits[1] - limits[0]);
             // What the motor's encoder tells is not where the joint is.
             let position = columns.position.filter(|_| !columns.by_motor);
-            Some(OfJoint { position, limits, near, at: [Vec::new(), Vec::new()], beyond: [false; 2] })
+            Some(OfJoint { position, ..OfJoint::between(limits) })
         });
         Self { joints: joints.collect(), seen: 0.0 }
     }
@@ -48,6 +63,9 @@ impl Stops {
         self.seen += step * core.len() as f64;
         for joint in self.joints.iter_mut().flatten() {
             let Some(position) = joint.position else { continue };
+            if block.columns[position].iter().any(|angle| joint.is_near(*angle)) {
+                joint.hear(&block.columns[position]);
+            }
             let samples = block.time[core.clone()].iter().zip(&block.columns[position][core.clone()]);
             samples.for_each(|(time, angle)| joint.add(*time, *angle, step));
         }
@@ -56,8 +74,7 @@ impl Stops {
     /// First and last times at which a joint lay at a stop, s.
     fn times(&self, joint: usize) -> Vec<[f64; 2]> {
         let Some(Some(of)) = self.joints.get(joint) else { return Vec::new() };
-        let sides = (0..2).filter(|side| !of.beyond[*side] && of.duration(*side) < MOST * self.seen);
-        sides.flat_map(|side| of.at[side].iter().copied()).collect()
+        (0..2).filter(|side| !of.beyond[*side]).flat_map(|side| of.times(side, MOST * self.seen)).collect()
     }
 
     /// Whether a joint lies at a stop at these times (s), or so near them that a filter of this cut-off (Hz) smears it there; empty:
@@ -103,24 +120,85 @@ impl Stops {
 }
 
 impl OfJoint {
+    fn between(limits: [f64; 2]) -> Self {
+        let way = limits[1] - limits[0];
+        let at = [Vec::new(), Vec::new()];
+        Self { position: None, limits, near: NEAR * way, reach: YIELDS * way, at, beyond: [false; 2] }
+    }
+
+    /// Ways to both stops.
+    fn ways(&self, angle: f64) -> [f64; 2] {
+        [angle - self.limits[0], self.limits[1] - angle]
+    }
+
+    fn is_near(&self, angle: f64) -> bool {
+        self.ways(angle).iter().any(|way| *way <= self.near)
+    }
+
+    /// Of the loudest block the noise counts.
+    fn hear(&mut self, angles: &[f64]) {
+        self.reach = self.reach.max(WITHIN * of_encoders(angles, 1));
+    }
+
     fn add(&mut self, time: f64, angle: f64, step: f64) {
-        let way = [angle - self.limits[0], self.limits[1] - angle];
-        for ((way, beyond), at) in way.into_iter().zip(&mut self.beyond).zip(&mut self.at) {
+        let ways = self.ways(angle);
+        for ((way, beyond), at) in ways.into_iter().zip(&mut self.beyond).zip(&mut self.at) {
             *beyond |= way < -self.near;
             if way > self.near {
                 continue;
             }
-            match at.last_mut() {
-                Some([_, last]) if time - *last < 1.5 * step => *last = time + step,
-                _ => at.push([time, time + step]),
+            let until = time + step;
+            match at.last_mut().filter(|stay| time - stay.times[1] < 1.5 * step) {
+                Some(stay) => {
+                    let from = stay.times[1];
+                    if !stay.goes_on(until, way, self.reach) {
+                        // Somewhere else, without a gap between.
+                        at.push(Stay { times: [from, until], ways: [way; 2] });
+                    }
+                }
+                None => at.push(Stay { times: [time, until], ways: [way; 2] }),
             }
         }
     }
 
-    /// s
-    fn duration(&self, side: usize) -> f64 {
-        self.at[side].iter().map(|[first, last]| last - first).sum()
+    /// First and last times at which it lay at one of its stops, for no more than `most` of all; s.
+    fn times(&self, side: usize, most: f64) -> Vec<[f64; 2]> {
+        let at = &self.at[side];
+        let outermost = at.iter().map(|stay| stay.ways[0]).fold(f64::INFINITY, f64::min);
+        let closely = |stay: &&Stay| 0.5 * (stay.ways[0] + stay.ways[1]) - outermost <= 2.0 * self.reach;
+        let near = joined(at.iter());
+        let found = if duration(&near) < most { near } else { joined(at.iter().filter(closely)) };
+        if duration(&found) < most { found } else { Vec::new() }
     }
+}
+
+impl Stay {
+    /// Whether it is the same place still.
+    fn goes_on(&mut self, until: f64, way: f64, reach: f64) -> bool {
+        let ways = [self.ways[0].min(way), self.ways[1].max(way)];
+        let same = ways[1] - ways[0] <= 2.0 * reach;
+        if same {
+            *self = Self { times: [self.times[0], until], ways };
+        }
+        same
+    }
+}
+
+/// First and last times of stays, those as one that follow each other.
+fn joined<'s>(stays: impl Iterator<Item = &'s Stay>) -> Vec<[f64; 2]> {
+    let mut joined: Vec<[f64; 2]> = Vec::new();
+    for Stay { times: [first, last], .. } in stays {
+        match joined.last_mut() {
+            Some([_, until]) if first <= until => *until = *last,
+            _ => joined.push([*first, *last]),
+        }
+    }
+    joined
+}
+
+/// s
+fn duration(times: &[[f64; 2]]) -> f64 {
+    times.iter().map(|[first, last]| last - first).sum()
 }
 
 #[cfg(test)]
@@ -128,11 +206,33 @@ mod tests {
     use super::*;
 
     fn looked(limits: [f64; 2], angle: impl Fn(f64) -> f64) -> Stops {
-        let near = NEAR * (limits[1] - limits[0]);
-        let mut joint =
-            OfJoint { position: None, limits, near, at: [Vec::new(), Vec::new()], beyond: [false; 2] };
-        (0..4000).map(|i| 1e-3 * f64::from(i)).for_each(|time| joint.add(time, angle(time), 1e-3));
+        let mut joint = OfJoint::between(limits);
+        let times: Vec<f64> = (0..4000).map(|i| 1e-3 * f64::from(i)).collect();
+        joint.hear(&times.iter().map(|time| angle(*time)).collect::<Vec<_>>());
+        times.iter().for_each(|time| joint.add(*time, angle(*time), 1e-3));
         Stops { joints: vec![Some(joint)], seen: 4.0 }
+    }
+
+    /// Of 4 s 3.8 s are spent near the stop, 2 s of them at it: so a knee does that hardly leaves it.
+    #[test]
+    fn a_joint_that_is_always_near_its_stop_lies_at_it_where_its_noise_says_so() {
+        let noise = |time: f64| 1e-4 * (1.7e5 * time).sin();
+        let knee = |time: f64| match time.rem_euclid(2.0) {
+            phase if phase < 1.0 => 0.0,
+            phase if phase < 1.9 => 2e-3 * (std::f64::consts::PI * (phase - 1.0) / 0.9).sin(),
+            phase => 0.1 * (std::f64::consts::PI * (phase - 1.9) / 0.1).sin(),
+        };
+        let times: Vec<f64> = (0..4000).map(|i| 1e-3 * f64::from(i)).collect();
+        let found = looked([0.0, 2.1], |time| knee(time) + noise(time));
+        let spent = duration(&found.times(0));
+        assert!((2.0..2.6).contains(&spent), "{spent}");
+        for (time, at_stop) in times.iter().zip(found.flags(0, &times, 250.0)) {
+            let phase = time.rem_euclid(2.0);
+            assert!(at_stop || phase > 0.999, "{time}");
+            assert!(!at_stop || !(1.15..1.75).contains(&phase), "{time}");
+        }
+        // Held at it all the time.
+        assert!(looked([0.0, 2.1], noise).times(0).is_empty());
     }
 
     #[test]
