@@ -1,4 +1,5 @@
-//! A robot of which few joints move: what encoders' noise makes of the others behind a fast filter is no mass, no delay, and nothing that is left.
+//! A robot of which few joints move: what encoders' noise makes of the others behind a fast filter is no mass, no delay, and nothing that is left; nor is what a
+//! stop carries.
 use crate::cli::{bipedc, scratch, text};
 use serde_json::Value;
 
@@ -23,33 +24,38 @@ fn scenario(seed: u32, rates: [[f64; 2]; 3], effect: &str) -> String {
     told + effect
 }
 
-fn diagnosed(name: &str, effect: &str) -> Value {
+/// Two motions of the same three joints.
+fn three_joints(effect: &str) -> [String; 2] {
+    let train = scenario(5, [[0.41, 0.83], [0.31, 0.97], [0.53, 1.1]], effect);
+    [train, scenario(6, [[0.47, 0.71], [0.37, 0.89], [0.59, 1.03]], effect)]
+}
+
+/// What is found in the log of one scenario, judged by that of another.
+fn diagnosed(name: &str, scenarios: &[String; 2]) -> Value {
     let folder = scratch(name);
-    let log = |part: u32, rates: [[f64; 2]; 3]| {
+    let [train, judge] = [0, 1].map(|part: usize| {
         let [file, log] = ["toml", "csv"].map(|end| folder.join(format!("{part}.{end}")));
-        std::fs::write(&file, scenario(part, rates, effect)).unwrap();
+        std::fs::write(&file, &scenarios[part]).unwrap();
         let run = ["simulate", TULIP, "--scenario", text(&file), "--base", "fixed", "--out", text(&log)];
         bipedc(&run).ok();
         log
-    };
-    let train = log(5, [[0.41, 0.83], [0.31, 0.97], [0.53, 1.1]]);
-    let judge = log(6, [[0.47, 0.71], [0.37, 0.89], [0.59, 1.03]]);
+    });
     let asked = ["diagnose", TULIP, text(&train), "--validate", text(&judge), "--base", "fixed", "--json"];
     bipedc(&asked).ok().json()
+}
+
+fn lacks_nothing(found: &Value) {
+    for key in ["effects", "inertial_corrections", "suspects"] {
+        assert_eq!(found[key].as_array().map(Vec::len), Some(0), "{key} {}", found[key]);
+    }
+    let said = found["summary"].as_str().unwrap();
+    assert!(said.contains("Nothing is missing in effort"), "{said}");
 }
 
 /// Before: a delay of 36 ms and four corrections of masses.
 #[test]
 fn a_faultless_robot_of_which_few_joints_move_lacks_nothing() {
-    let found = diagnosed("few-joints-clean", "");
-    for key in ["effects", "inertial_corrections", "suspects"] {
-        assert_eq!(found[key].as_array().map(Vec::len), Some(0), "{key} {}", found[key]);
-    }
-    assert!(
-        found["summary"].as_str().unwrap().contains("Nothing is missing in effort"),
-        "{}",
-        found["summary"]
-    );
+    lacks_nothing(&diagnosed("few-joints-clean", &three_joints("")));
 }
 
 /// Before, three joints of the other leg and of this one were unexplained beside it.
@@ -57,11 +63,34 @@ fn a_faultless_robot_of_which_few_joints_move_lacks_nothing() {
 fn what_acts_between_two_moving_joints_is_all_that_is_found() {
     let coupling = "[[effect]]\nkind = \"coupling\"\njoint = \"left_ankle_pitch\"\nother_joint = \"left_knee_pitch\"\n\
          damping = 0.3\ncoulomb = 0.2\nstiffness = 0.0\ninertia = 0.0\n";
-    let found = diagnosed("few-joints-coupled", coupling);
+    let found = diagnosed("few-joints-coupled", &three_joints(coupling));
     let [effect] = &found["effects"].as_array().unwrap()[..] else { panic!("{}", found["effects"]) };
     let value = |name: &str| effect["parameters"][name].as_f64().unwrap();
     assert_eq!([&effect["joint"], &effect["other_joint"]], ["left_ankle_pitch", "left_knee_pitch"]);
     assert!((value("damping") - 0.3).abs() < 0.01 && (value("coulomb") - 0.2).abs() < 0.01, "{effect}");
     assert_eq!(found["unexplained"], false, "{}", found["summary"]);
     assert_eq!(found["inertial_corrections"].as_array().map(Vec::len), Some(0));
+}
+
+/// The left knee is led at its stop, and the thigh swings about upright: at times its drive holds it a milliradian off the stop, at times the stop carries it. It is never
+/// farther off than stops are known to lie, and its noise tells when it lies there. Before: a delay of 34 ms, and three joints unexplained.
+#[test]
+fn a_knee_that_hardly_leaves_its_stop_lacks_nothing() {
+    let scenario = |seed: u32, rates: [[f64; 2]; 2]| {
+        let [[a, b], [c, d]] = rates;
+        format!(
+            "duration = 20.0\nstep = 0.001\nlog_step = 0.004\nseed = {seed}\n[control]\nstiffness = 1600.0\ndamping = 40.0\nservo = \"drive\"\n\
+             [sensors]\nposition_noise = 1e-4\neffort_noise = 0.03\n[joint.left_knee_pitch]\nposition = -0.05\n\
+             [joint.left_hip_pitch]\nposition = 0.1\nsines = [[0.3, {a}, 0.1], [0.15, {b}, 0.5]]\n\
+             [joint.left_ankle_pitch]\nsines = [[0.2, {c}, 0.1], [0.15, {d}, 0.5]]\n"
+        )
+    };
+    let logs = [scenario(5, [[0.31, 0.97], [0.53, 1.1]]), scenario(6, [[0.37, 0.89], [0.59, 1.03]])];
+    let found = diagnosed("knee-at-its-stop", &logs);
+    lacks_nothing(&found);
+    let assumed = found["assumptions"].to_string();
+    assert!(
+        assumed.contains("joints lie at their stops") && assumed.contains("left_knee_pitch"),
+        "{assumed}"
+    );
 }

@@ -2,12 +2,14 @@
 use super::filtered::{QUIETER, Request};
 use super::judged::{judging, mean_error};
 use super::stated::said;
-use crate::measurements::{Content, Measured, SAMPLES};
-use bipedc_analysis::diagnose::{Diagnosis, errors, left_alike};
+use crate::measurements::{Content, Log, Measured, SAMPLES};
+use bipedc_analysis::diagnose::{Closer, Diagnosis, ErrorFall, errors, left_alike};
 use bipedc_analysis::experiments::{Experiment, MotionExperiment};
 use bipedc_analysis::measure::{self, CANDIDATES, HELD};
 use bipedc_analysis::parallel::parallel;
 use bipedc_effects::effect::Effect;
+use std::cell::LazyCell;
+use std::collections::BTreeMap;
 
 /// Part of a squared error behind a slow filter that has to be left behind a faster one alike, in the mean over the joints, where nothing of the
 /// motion is taken off; and at each of them.
@@ -15,6 +17,8 @@ const KEPT: f64 = 0.93;
 const KEPT_AT_LEAST: f64 = 0.75;
 /// The next cut-off is faster by this factor at least.
 const FASTER: f64 = 1.2;
+/// So many faster filters are asked: behind still faster ones encoders' noise is all there is.
+const CLOSER: usize = 3;
 
 /// The slowest filter's cut-off (Hz), below that at which a search begins, behind which much less is left and nothing of the motion is taken off, or less and
 /// nothing but noise: then what is left behind the faster one is the encoders' noise, which looks like inertias. Else that cut-off.
@@ -46,7 +50,7 @@ pub(super) fn slower_where_safe(measured: &Measured, request: &Request<'_>, cuto
     safe.map_or(cutoff, |i| slower[i])
 }
 
-/// Holds rows above their noise against what is left behind the next faster filter too, as [`Diagnosis::look_behind`] does, at the cut-off at
+/// Holds rows above their noise against what is left behind faster filters too, as [`Diagnosis::look_behind`] does, at the cut-off at
 /// which the errors of the answer stand. Without effect where there is no faster filter, or no row is above its noise.
 pub(super) fn look_behind(
     measured: &Measured,
@@ -54,32 +58,121 @@ pub(super) fn look_behind(
     reading: &measure::Options,
     answer: &mut Diagnosis,
 ) {
-    let loud = answer.rows.values().any(|fall| fall.above_noise().is_some());
     let (log, whole) = judging(request, reading);
-    let cutoff = answer.judged_at_hz.unwrap_or(answer.cutoff_hz);
-    let Some(faster) = CANDIDATES.into_iter().find(|other| *other > FASTER * cutoff) else { return };
-    if measured.content(log) != Content::Efforts || !loud {
+    if measured.content(log) != Content::Efforts {
         return;
     }
-    // Of as many samples as the errors are of.
-    let judged = answer.validation.as_ref().unwrap_or(&answer.training);
-    let held = answer.judged_at_hz.is_some() || answer.training.samples.max(judged.samples) > SAMPLES / 2;
-    let at = |cutoff: f64| {
-        let reading = measure::Options { cutoff_hz: Some(cutoff), ..whole.clone() };
-        // A cut-off beyond half the sampling rate is not one.
-        measured.efforts(log, &reading, if held { HELD } else { SAMPLES }).ok()
-    };
-    let (Some(here), Some(closer)) = (at(cutoff), at(faster)) else { return };
-    let effects: Vec<Effect> = answer.estimated().cloned().collect();
-    let logs: (&dyn Experiment, &dyn Experiment) = (&here, &closer);
-    let both = left_alike(logs, &effects, request.validate.is_none());
-    let settled = answer.look_behind(&both);
+    let judges = Look::new(measured, (log, whole), request.validate.is_none(), answer);
+    let mut settled = Vec::new();
+    let is_loud = |answer: &Diagnosis| loud(&answer.rows);
+    judges.closer(answer, &is_loud, &mut |answer, closer| {
+        let rows = answer.look_behind(closer);
+        settled.extend(rows.into_iter().map(|row| (row, closer.cutoffs_hz[1])));
+    });
+    if request.validate.is_some() {
+        let teaches = Look::new(measured, (&request.log, reading.clone()), false, answer);
+        let is_missed = |answer: &Diagnosis| answer.unseen_by_judge().is_some();
+        teaches.closer(answer, &is_missed, &mut Diagnosis::look_behind_training);
+    }
     answer.conclude();
     answer.summary = said(answer);
-    if !settled.is_empty() {
-        answer.assumptions.push(format!(
-            "what is left above the noise at {} is what the filter of {cutoff} Hz takes off fast motion: it is not left behind one of {faster} Hz as well",
-            settled.join(", ")
-        ));
+    if let Some(words) = motion_taken_off(&settled, judges.cutoff) {
+        answer.assumptions.push(words);
+    }
+}
+
+fn loud(rows: &BTreeMap<String, ErrorFall>) -> bool {
+    rows.values().any(|fall| fall.above_noise().is_some())
+}
+
+/// Which rows are noise once they are held against a faster filter (Hz).
+fn motion_taken_off(settled: &[(String, f64)], cutoff: f64) -> Option<String> {
+    let rows: Vec<String> =
+        settled.iter().map(|(row, faster)| format!("{row} (behind {faster} Hz)")).collect();
+    (!rows.is_empty()).then(|| {
+        format!(
+            "what is left above the noise at {} is what the filter of {cutoff} Hz takes off fast motion: it is not left behind a faster one as well",
+            rows.join(", ")
+        )
+    })
+}
+
+/// One log behind a filter and faster ones, with all that was found.
+struct Look<'l> {
+    measured: &'l Measured,
+    log: &'l Log,
+    reading: measure::Options,
+    /// Blocks of it judge.
+    own_blocks: bool,
+    cutoff: f64,
+    /// Samples that are held.
+    most: usize,
+    effects: Vec<Effect>,
+}
+
+impl<'l> Look<'l> {
+    fn new(
+        measured: &'l Measured,
+        (log, reading): (&'l Log, measure::Options),
+        own_blocks: bool,
+        answer: &Diagnosis,
+    ) -> Self {
+        // Of as many samples as the errors are of.
+        let judged = answer.validation.as_ref().unwrap_or(&answer.training);
+        let held = answer.judged_at_hz.is_some() || answer.training.samples.max(judged.samples) > SAMPLES / 2;
+        let (most, cutoff) =
+            (if held { HELD } else { SAMPLES }, answer.judged_at_hz.unwrap_or(answer.cutoff_hz));
+        Self {
+            measured,
+            log,
+            reading,
+            own_blocks,
+            cutoff,
+            most,
+            effects: answer.estimated().cloned().collect(),
+        }
+    }
+
+    /// Shows an answer what is left behind faster filters, one after the other, as long as it asks for it.
+    fn closer(
+        &self,
+        answer: &mut Diagnosis,
+        asks: &dyn Fn(&Diagnosis) -> bool,
+        show: &mut dyn FnMut(&mut Diagnosis, &Closer),
+    ) {
+        let here = LazyCell::new(|| self.at(self.cutoff));
+        for faster in CANDIDATES.into_iter().filter(|other| *other > FASTER * self.cutoff).take(CLOSER) {
+            if !asks(answer) {
+                return;
+            }
+            let (Some(here), Some(closer)) = (&*here, self.at(faster)) else { return };
+            show(answer, &self.held_against(here, &closer, faster));
+        }
+    }
+
+    fn held_against(
+        &self,
+        here: &MotionExperiment<'_>,
+        closer: &MotionExperiment<'_>,
+        faster: f64,
+    ) -> Closer {
+        let judge: Option<&dyn Experiment> = (!self.own_blocks).then_some(closer);
+        let [first, last] =
+            [here.time().first(), here.time().last()].map(|time| time.copied().unwrap_or(0.0));
+        let motion =
+            here.rows().iter().enumerate().map(|(row, what)| (what.name.clone(), here.motion_noise(row)));
+        Closer {
+            cutoffs_hz: [self.cutoff, faster],
+            motion: motion.collect(),
+            alike: left_alike((here, closer), &self.effects, self.own_blocks),
+            rows: errors(closer, judge, [&[], &self.effects]).rows,
+            independent: 2.0 * self.cutoff * (last - first),
+        }
+    }
+
+    /// `None`: a cut-off beyond half the sampling rate is not one.
+    fn at(&self, cutoff: f64) -> Option<MotionExperiment<'l>> {
+        let reading = measure::Options { cutoff_hz: Some(cutoff), ..self.reading.clone() };
+        self.measured.efforts(self.log, &reading, self.most).ok()
     }
 }

@@ -168,7 +168,8 @@ fn answer(request: &Request<'_>, work: Work<'_>) -> Result<Diagnosed, Diagnostic
     let jumps = at_jumps(&answer);
     answer.assumptions.extend(jumps);
     if let Some(judge) = &request.passed_over {
-        answer.summary.insert_str(0, &passed_over(judge, &request.log));
+        let acts = answer.estimated().next().is_some() || answer.unexplained;
+        answer.summary.insert_str(0, &passed_over(judge, &request.log, acts));
     }
     let shown = judge.as_ref().unwrap_or(train);
     let report = || of_measurements(robot, &measured, shown, Some(&answer));
@@ -189,10 +190,15 @@ fn at_jumps(answer: &Diagnosis) -> Option<String> {
     })
 }
 
-/// Said before an answer that does not come from the log that was to judge.
-fn passed_over(judge: &Log, train: &Log) -> String {
+/// Said before an answer that does not come from the log that was to judge; whether anything `acts` in the other one.
+fn passed_over(judge: &Log, train: &Log, acts: bool) -> String {
     let name = |log: &Log| log.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
     let (judge, train) = (name(judge), name(train));
+    if !acts {
+        return format!(
+            "Behind the filter that suits {judge} best more than noise is left of {train}, of faster motion. Blocks of {train} judge instead.\n"
+        );
+    }
     format!(
         "{judge} hardly shows what acts in {train}: it is explained down to its noise without it. Blocks of {train} judge instead.\n"
     )

@@ -15,6 +15,7 @@
 //!   bias; a logged centre of pressure is a measurement of its own and has neither.
 //! - Ground reaction acts *on* the foot.
 pub(crate) mod breakdown;
+mod closer;
 mod engine;
 mod result;
 mod selected;
@@ -22,6 +23,7 @@ mod signature;
 pub mod support;
 
 pub use breakdown::{AT_NOISE, Breakdown, BreakdownPart, WINDOWS, Window, breakdowns};
+pub use closer::Closer;
 pub use engine::{Errors, Options, diagnose, errors, estimate, left_alike, root_mean_squares, summary};
 pub use result::{
     Diagnosis, ErrorFall, FoundEffect, Rejected, Scope, Seen, Step, StepErrors, Unexplained, intervals,

@@ -175,8 +175,12 @@ impl Diagnosis {
     pub fn left_at_jumps(&self) -> impl Iterator<Item = (&String, &ErrorFall)> {
         self.rows.iter().filter(|(_, fall)| {
             let around = fall.after_moving.unwrap_or(fall.after);
-            let is_known = fall.noise > 0.0 && fall.above_noise().is_none() && fall.behind_both.is_none();
-            is_known && fall.away_from_jumps.is_some() && around > LEFT * fall.noise.max(fall.resolution)
+            let is_known = fall.noise > 0.0 && fall.above_noise().is_none();
+            let is_motion = fall.behind_both.is_some() || fall.gone_at_hz.is_some();
+            is_known
+                && !is_motion
+                && fall.away_from_jumps.is_some()
+                && around > LEFT * fall.noise.max(fall.resolution)
         })
     }
 
@@ -228,22 +232,6 @@ impl Diagnosis {
                 ));
             }
         }
-    }
-
-    /// Takes what is left behind two filters alike, by row, for what is left, where it is less; but in rows of which more was seen than that they
-    /// are above the noise: what happens within a few degrees of a reversal is taken off by both filters. Tells which rows above the noise are not then.
-    pub fn look_behind(&mut self, both: &BTreeMap<String, f64>) -> Vec<String> {
-        let mut settled = Vec::new();
-        let structured: Vec<String> = self.structured().map(|part| part.joint.clone()).collect();
-        for (row, fall) in &mut self.rows {
-            let less = both.get(row).filter(|both| **both < fall.told() && !structured.contains(row));
-            let (Some(both), true) = (less, fall.above_noise().is_some()) else { continue };
-            fall.behind_both = Some(*both);
-            if fall.above_noise().is_none() {
-                settled.push(row.clone());
-            }
-        }
-        settled
     }
 
     /// All that was estimated, in the order in which it acts: effects of the description, those that were found as they
@@ -353,10 +341,14 @@ pub struct ErrorFall {
     /// a drive is at its limit, and where the joint does not stick; `None` if nothing does, or too few samples are left.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub away_from_jumps: Option<f64>,
-    /// Of one torque, where it is less: what is left behind this filter and the next faster one alike, see [`left_alike`](super::left_alike()); the rest is
+    /// Of one torque, where it is less: what is left behind this filter and a faster one alike, see [`left_alike`](super::left_alike()); the rest is
     /// what the filter takes off the motion. `None` where nobody looked.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub behind_both: Option<f64>,
+    /// Of one torque above its noise: the cut-off (Hz) of a faster filter behind which nothing but noise is left, though what is left here would be seen there;
+    /// it is what this filter takes off the motion. `None`: there is none, or nobody looked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gone_at_hz: Option<f64>,
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "the signature that serde asks for")]
@@ -373,7 +365,7 @@ impl ErrorFall {
     /// The remaining error in multiples of the noise where it is no noise, nor too small to be worth a word. What is said of it, in words
     /// and as a flag, hangs on this.
     pub fn above_noise(&self) -> Option<f64> {
-        let times = self.noises()?;
+        let times = self.noises().filter(|_| self.gone_at_hz.is_none())?;
         (times > LEFT && self.told() > LEFT * self.resolution).then_some(times)
     }
 
@@ -390,7 +382,12 @@ impl ErrorFall {
 
     /// The remaining error where the model says what the torque is and the filter what the motion is.
     pub fn told(&self) -> f64 {
-        self.behind_both.or(self.away_from_jumps).or(self.after_moving).unwrap_or(self.after)
+        self.behind_both.unwrap_or_else(|| self.told_here())
+    }
+
+    /// The same behind this filter alone.
+    pub(super) fn told_here(&self) -> f64 {
+        self.away_from_jumps.or(self.after_moving).unwrap_or(self.after)
     }
 }
 

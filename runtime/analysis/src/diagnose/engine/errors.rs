@@ -156,6 +156,7 @@ impl Sums {
             after_moving: moving(1),
             away_from_jumps: None,
             behind_both: None,
+            gone_at_hz: None,
         }
     }
 }
