@@ -56,6 +56,20 @@ fn cases_are_as_many_as_promised() {
     }
 }
 
+/// What is hidden acts where something moves.
+#[test]
+fn few_joints_move_where_few_are_to_move() {
+    let few: Vec<Plan> = all().into_iter().filter(|plan| !plan.moving.is_empty()).collect();
+    assert!(few.len() >= 8 && few.iter().all(|plan| plan.name.starts_with("few_joints")));
+    for plan in &few {
+        let robot = generator::model::read(&plan.folder(&root()), true).unwrap();
+        let there = |name: &&str| robot.description.joints.iter().any(|joint| joint.name == **name);
+        assert!((2..=4).contains(&plan.moving.len()) && plan.moving.iter().all(there), "{}", plan.name);
+        let moves = |joint: &String| plan.moving.contains(&joint.as_str());
+        assert!(plan.parts.iter().filter_map(|part| part.place.joint.as_ref()).all(moves), "{}", plan.name);
+    }
+}
+
 #[test]
 #[ignore = "takes long"]
 fn a_case_is_the_same_every_time() {

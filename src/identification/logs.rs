@@ -187,9 +187,18 @@ pub fn inspected(measured: &Measured, logs: &[&Log], reading: &measure::Options)
     for log in logs {
         // Files that cannot be read were refused before; where nothing can be held against the model nothing looks odd.
         let Ok(experiment) = measured.efforts(log, reading, SAMPLES) else { continue };
-        found.extend(experiment.check().into_iter().map(|diagnostic| diagnostic.in_file(log.path())));
+        found.extend(checked(&experiment, log));
     }
     found
+}
+
+/// What is odd about logs with forces at the feet, in the words of a diagnosis.
+pub fn inspected_tables(tables: &[Loaded<'_>], logs: &[&Log]) -> Vec<Diagnostic> {
+    tables.iter().zip(logs).flat_map(|(table, log)| checked(&*table.experiment, log)).collect()
+}
+
+fn checked(experiment: &dyn Experiment, log: &Log) -> Vec<Diagnostic> {
+    experiment.check().into_iter().map(|diagnostic| diagnostic.in_file(log.path())).collect()
 }
 
 /// Drives of a description with series elastic ones among them.

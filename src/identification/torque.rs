@@ -1,5 +1,5 @@
 //! From joint torques, or from the rows of a free base with forces at its feet (thesis 5.2).
-use super::logs::{Identifiable, content, inspected, loaded, rigid_layout, table_survey};
+use super::logs::{Identifiable, content, inspected, inspected_tables, loaded, rigid_layout, table_survey};
 use super::{Identified, Job};
 use crate::measurements::{Content, Log, Measured};
 use bipedc_analysis::experiments::Experiment;
@@ -56,11 +56,12 @@ fn reading(job: &Job<'_>) -> Result<measure::Options, Diagnostics> {
 }
 
 /// The base is free, and forces at the feet are logged.
-fn of_contacts(job: &Job<'_>, measured: &Measured) -> Result<IdentificationResult, Diagnostics> {
+fn of_contacts(job: &mut Job<'_>, measured: &Measured) -> Result<IdentificationResult, Diagnostics> {
     let reading = &job.options.reading;
     let whole = measure::Options { from_s: None, to_s: None, ..reading.clone() };
     let tables = job.progress.stage("reading", || loaded(measured, job.logs, reading))?;
     let judges = job.progress.stage("reading", || loaded(measured, job.judge.as_slice(), &whole))?;
+    job.pass(inspected_tables(&tables, job.logs))?;
     let found = Identifiable::of_contacts(job.robot, &job.read().0, &tables, job.progress)?;
     let options = job.options.of_joints(&found.layout)?;
     let experiments: Vec<&dyn Experiment> = tables.iter().map(|table| &*table.experiment).collect();

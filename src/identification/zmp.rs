@@ -1,7 +1,7 @@
 //! A robot in motion, from its joint encoders and the forces of the ground (thesis 5.4.2).
 use super::cop::NoRegressor;
 use super::ground::{Center, Ground, Mass, mean_joints, parameters};
-use super::logs::{Identifiable, loaded, table_survey};
+use super::logs::{Identifiable, inspected_tables, loaded, table_survey};
 use super::standing::{Root, StandingRobot};
 use super::{Identified, Job};
 use crate::measurements::{Content, Loaded, Log, Measured};
@@ -57,7 +57,7 @@ fn readings(job: &Job<'_>) -> (measure::Options, measure::Options) {
 }
 
 /// The robot stands on a foot that does not move.
-fn standing(job: &Job<'_>) -> Result<(Identified, Vec<Row>), Diagnostics> {
+fn standing(job: &mut Job<'_>) -> Result<(Identified, Vec<Row>), Diagnostics> {
     let progress = job.progress;
     let standing = StandingRobot::new(job.robot, job.options.stance.as_deref(), Root::Sole)?;
     let measured = progress.stage("deriving", || Measured::new(&standing.robot))?;
@@ -99,11 +99,12 @@ fn common_rows(tables: &[Loaded<'_>]) -> Vec<&'static str> {
 }
 
 fn estimate(
-    job: &Job<'_>,
+    job: &mut Job<'_>,
     (parts, measured, torso, stance): (&RobotAndLogs<'_>, &Measured, String, Option<String>),
     tables: &[Loaded<'_>],
     judges: &[Loaded<'_>],
 ) -> Result<(Identified, Vec<Row>), Diagnostics> {
+    job.pass(inspected_tables(tables, job.logs))?;
     let experiments: Vec<&dyn Experiment> = tables.iter().map(|table| &*table.experiment).collect();
     let judging: Vec<&dyn Experiment> = judges.iter().map(|table| &*table.experiment).collect();
     let surveys: Vec<Survey> = judges.iter().map(|table| table_survey(table, parts.layout)).collect();

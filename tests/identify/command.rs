@@ -133,6 +133,23 @@ fn a_free_robot_on_its_feet_shows_what_is_on_its_torso() {
     }
 }
 
+/// As a diagnosis says it, of logs with forces at the feet as well.
+#[test]
+fn a_short_log_of_a_free_robot_is_called_short() {
+    let train = "tests/data/examples/swaying/train.csv.gz";
+    let said = |command: &str| {
+        let run = bipedc(&[command, "robots/tulip", train, "--from", "2", "--to", "5"]).ok();
+        let line = run.err.lines().find(|line| line.contains("s of motion"));
+        line.unwrap_or_else(|| panic!("{}", run.err)).to_owned()
+    };
+    let words = said("identify");
+    assert!(
+        words.contains("the log has only 3.0 s of motion: estimates from it are hardly supported"),
+        "{words}"
+    );
+    assert_eq!(words, said("diagnose"));
+}
+
 #[test]
 fn logs_of_two_kinds_are_not_mixed() {
     let train = "tests/data/examples/swaying/train.csv.gz";

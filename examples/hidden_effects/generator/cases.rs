@@ -1,4 +1,5 @@
 //! The list of cases. The random numbers of a case follow from its name; sampling and encoders take turns.
+use super::few;
 use super::truth::{Experiment, Group, Part, Plan};
 use bipedc_effects::effect::Location;
 use std::collections::BTreeMap;
@@ -324,20 +325,22 @@ struct Case {
     robot: &'static str,
     experiment: Experiment,
     parts: Vec<(&'static str, &'static str)>,
+    /// Joints that move; empty: all.
+    moving: &'static [&'static str],
 }
 
 impl Case {
     /// A case of joints that follow a motion.
     fn hanging(name: String, group: Group, (robot, kind, at): Entry) -> Self {
         let parts = if kind.is_empty() { Vec::new() } else { vec![(kind, at)] };
-        Self { name, group, robot, experiment: Experiment::Hanging, parts }
+        Self { name, group, robot, experiment: Experiment::Hanging, parts, moving: &[] }
     }
 
     /// Cases of one list, their names behind a word.
     fn several(word: &str, experiment: Experiment, list: &[Several]) -> Vec<Self> {
         let case = |&(group, what, robot, parts): &Several| {
             let name = format!("{word}_{what}").trim_start_matches('_').to_owned();
-            Self { name, group, robot, experiment, parts: parts.to_vec() }
+            Self { name, group, robot, experiment, parts: parts.to_vec(), moving: &[] }
         };
         list.iter().map(case).collect()
     }
@@ -359,6 +362,7 @@ impl Case {
             velocities: index % 3 != 1,
             motor_side: self.name.starts_with(ON_MOTORS),
             rests: self.name.starts_with(RESTS),
+            moving: self.moving,
         }
     }
 }
@@ -389,6 +393,7 @@ fn of_tulip_and_shipped() -> Vec<Case> {
         robot,
         experiment,
         parts: vec![(kind, at)],
+        moving: &[],
     }));
     cases.extend(PAIRS.iter().map(|&(name, robot, parts)| Case {
         name: name.to_owned(),
@@ -396,6 +401,7 @@ fn of_tulip_and_shipped() -> Vec<Case> {
         robot,
         experiment: Experiment::Hanging,
         parts: parts.to_vec(),
+        moving: &[],
     }));
     cases.extend(CLEAN.iter().map(|&(experiment, robot)| Case {
         name: format!("clean_{experiment:?}").to_lowercase(),
@@ -403,6 +409,7 @@ fn of_tulip_and_shipped() -> Vec<Case> {
         robot,
         experiment,
         parts: Vec::new(),
+        moving: &[],
     }));
     cases.extend(CAD.iter().map(|robot| Case::hanging("cad".to_owned(), Group::Cad, (robot, "", ""))));
     cases.extend(named("cad_", Group::CadAndEffect, WITH_CAD));
@@ -430,5 +437,13 @@ fn of_other_robots() -> Vec<Case> {
     cases.extend(Case::several("standing", Experiment::Swaying, STANDING));
     cases.extend(Case::several("", Experiment::Hanging, MEETING));
     cases.extend(Case::several(RESTS, Experiment::Hanging, RESTING));
+    cases.extend(few::CASES.iter().map(|&(group, what, robot, parts, moving)| Case {
+        name: format!("{}_{what}", few::FEW),
+        group,
+        robot,
+        experiment: Experiment::Hanging,
+        parts: parts.to_vec(),
+        moving,
+    }));
     cases
 }

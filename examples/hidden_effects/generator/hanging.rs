@@ -55,6 +55,10 @@ pub fn generate(plan: &Plan, folder: &Path) -> Result<Made, Failure> {
     let motions = if plan.rests { motions.map(resting) } else { motions };
     let mut truth = Truth::new(plan);
     let rigid = rigid(&nominal)?;
+    // Those that are held are drawn as well: all others are what they were.
+    let moves = |name: &String| plan.moving.is_empty() || plan.moving.contains(&name.as_str());
+    let held = |(motion, name): (JointMotion, &String)| if moves(name) { motion } else { motion.held() };
+    let motions = motions.map(|all| all.into_iter().zip(&rigid.joints).map(held).collect::<Vec<_>>());
     let quiet = run(&rigid, &[], &motions[0], 6.0, 250.0)?;
     truth.scales = scales(&rigid, &quiet);
     draw::effects(plan, &nominal.description, &mut truth, &mut random);

@@ -6,6 +6,7 @@ mod cases;
 mod contact;
 mod draw;
 mod drive;
+mod few;
 mod flat_impacts;
 mod hanging;
 mod impacts;

@@ -54,6 +54,11 @@ impl JointMotion {
         Self { rests: true, ..self }
     }
 
+    /// Held in its middle.
+    pub fn held(self) -> Self {
+        Self { waves: Vec::new(), ..self }
+    }
+
     /// Position, velocity and acceleration; rad, s.
     pub fn at(&self, time: f64) -> [f64; 3] {
         let [at, rate, growth] = if self.rests { warped(time) } else { [time, 1.0, 0.0] };

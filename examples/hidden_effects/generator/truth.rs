@@ -74,6 +74,8 @@ pub struct Plan {
     pub motor_side: bool,
     /// Whether the joints stop again and again, under soft control: dry ones stick.
     pub rests: bool,
+    /// Joints that move, by name, all others being held; empty: all.
+    pub moving: &'static [&'static str],
 }
 
 impl Plan {
