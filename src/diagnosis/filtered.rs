@@ -98,7 +98,9 @@ pub(super) fn second_look<'m>(
     let looks = Looks { measured, request, first, answer, work };
     let here = first.train.cutoff_hz;
     let slower = (cutoff < here).then(|| looks.behind_a_slower_one(cutoff, error)).flatten();
-    if slower.is_some() {
+    // A description that as many effects as are looked for do not put right is another robot's, behind whatever filter.
+    let is_full = answer.unexplained && answer.effects.len() >= request.search.most;
+    if slower.is_some() || is_full {
         return slower;
     }
     let found = (cutoff > here).then(|| looks.where_joints_stick(cutoff)).flatten();

@@ -9,7 +9,7 @@ type Entry =
     (Group, &'static str, &'static str, &'static [(&'static str, &'static str)], &'static [&'static str]);
 
 const LEG: &[&str] = &["left_hip_pitch", "left_knee_pitch", "left_ankle_pitch"];
-const LEFT_ARM: &[&str] = &["left_shoulder_pitch", "left_shoulder_roll", "left_elbow", "left_wrist_pitch"];
+const LEFT_ARM: &[&str] = &["left_shoulder_pitch", "left_elbow", "left_wrist_pitch"];
 const ARM: &[&str] = &["shoulder", "elbow"];
 const SMALL_LEG: &[&str] = &["right_hip_pitch", "right_knee"];
 

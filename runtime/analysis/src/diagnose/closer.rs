@@ -4,8 +4,8 @@ use super::result::LEFT;
 use super::{Diagnosis, ErrorFall};
 use std::collections::BTreeMap;
 
-/// A faster filter that lets so much noise through tells nothing: the mean product of two residuals is uncertain by so large a part of the squares by which an
-/// error is above its noise.
+/// A faster filter that lets so much noise through tells nothing, nor one that takes off large parts of the motion otherwise: the mean product of two residuals
+/// is uncertain by so large a part of the squares by which an error is above its noise.
 const UNCERTAIN: f64 = 0.5;
 /// Behind a faster filter fast motion leaves no more than this part of its squares above the noise.
 const GONE: f64 = 0.25;
@@ -39,7 +39,7 @@ impl Closer {
     }
 
     fn look(&self, row: &str, fall: &mut ErrorFall, faster: &ErrorFall) {
-        let uncertain = fall.noise * faster.noise / self.independent.max(1.0).sqrt();
+        let uncertain = fall.told_here() * faster.told_here() / self.independent.max(1.0).sqrt();
         let tells = uncertain <= UNCERTAIN * (LEFT * LEFT - 1.0) * fall.noise.powi(2);
         if let Some(both) = self.both(row).filter(|both| *both < fall.told() && tells) {
             fall.behind_both = Some(both);

@@ -174,13 +174,17 @@ fn concluded(
     }
 }
 
-/// Searches again as long as what was found does better than the noise floor.
+/// Searches again as long as what was found does better than the noise floor; not where as many effects were found as are looked for: what more would
+/// do to it is not known.
 fn reweighed(
     regression: &mut Regression<'_>,
     outcome: &mut Outcome,
     (most, entered): (usize, &dyn Fn(usize)),
 ) {
     for _ in 0..WEIGHINGS {
+        if outcome.active.len() - regression.standing.len() >= most {
+            break;
+        }
         let effects = estimates(regression, outcome);
         if !regression.reweigh(&effects, &outcome.scored) {
             break;

@@ -101,8 +101,12 @@ fn run_steady(regression: &mut Regression<'_>, most: usize, entered: &dyn Fn(usi
     let banned = regression.banned.clone();
     let mut outcome = run(regression, most, true, entered)?;
     for _ in 0..2 {
-        let Some(plain) = regression.scored_fit(&outcome.active, false) else { break };
         let judged = regression.standing.len()..outcome.active.len();
+        // What more would change is not known.
+        if judged.len() >= most {
+            break;
+        }
+        let Some(plain) = regression.scored_fit(&outcome.active, false) else { break };
         let unsteady = judged.rev().find(|&k| {
             !steady(regression, &outcome.active, &outcome.scored, &plain, k)
                 && !is_settling(regression, &outcome, k)

@@ -68,7 +68,7 @@ pub fn summary(d: &Diagnosis) -> String {
             ),
         };
     }
-    let mut out = described(d);
+    let mut out = another_robot(d).unwrap_or_default() + &described(d);
     for found in &d.effects {
         let _ = writeln!(out, "{}", sentence(found));
     }
@@ -91,7 +91,7 @@ pub fn summary(d: &Diagnosis) -> String {
     if d.leaves_structure() {
         for part in &d.unexplained_parts {
             // What was not looked for any more may explain it.
-            let why = match d.warnings.iter().any(|warning| warning.starts_with(AS_MANY)) {
+            let why = match is_full(d) {
                 true => "that the effects found do not explain, and no more were looked for",
                 false => "that none of the library's effects explains",
             };
@@ -108,6 +108,22 @@ pub fn summary(d: &Diagnosis) -> String {
         out.push_str(&what_is_left(d));
     }
     out.trim_end().to_owned()
+}
+
+/// Whether as many effects were found as are looked for.
+fn is_full(d: &Diagnosis) -> bool {
+    d.warnings.iter().any(|warning| warning.starts_with(AS_MANY))
+}
+
+/// Said first where so many effects do not explain a log.
+fn another_robot(d: &Diagnosis) -> Option<String> {
+    (d.unexplained && is_full(d)).then(|| {
+        format!(
+            "{} effects, as many as are looked for, do not explain this log. Before any of them is believed: is it a log of the robot that is described \
+             (masses, geometry, order, signs and units of its joints, how its base is held)? Masses alone: `bipedc identify`.\n",
+            d.effects.len()
+        )
+    })
 }
 
 /// What leaves the error where nothing is missing.
@@ -396,6 +412,20 @@ mod tests {
             said(Seen::Slowness).contains("varies slowly") && !said(Seen::Slowness).contains("a function")
         );
         assert!(said(Seen::Size).contains("too few rows"));
+    }
+
+    /// A humanoid's log beside the description of another one: twelve effects, and as if they were to be believed.
+    #[test]
+    fn a_log_that_as_many_effects_as_are_looked_for_do_not_explain_is_another_robots() {
+        let effect = Effect::new(&kinds::VISCOUS_FRICTION, Location::joint("knee"), &[("damping", 0.4)]);
+        let found = FoundEffect { effect, ci95: BTreeMap::new(), share: 0.9, doubts: Vec::new() };
+        let full = format!("{AS_MANY}, 12: there may be more");
+        let said = |warnings: Vec<String>, unexplained: bool| {
+            summary(&Diagnosis { effects: vec![found.clone(); 12], warnings, unexplained, ..left(0.11) })
+        };
+        let first = "12 effects, as many as are looked for, do not explain this log.";
+        assert!(said(vec![full.clone()], true).starts_with(first));
+        assert!(!said(vec![full], false).contains(first) && !said(Vec::new(), true).contains(first));
     }
 
     /// A swing-up of a real pendulum was said to lack nothing at twice its noise.
