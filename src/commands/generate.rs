@@ -192,7 +192,10 @@ impl Generate {
             return output::print(&format!("{folder}: {files} files, {bytes} bytes\n"));
         }
         let count: usize = costs.iter().map(Vec::len).sum();
-        let tables: Vec<String> = costs.iter().map(|costs| functions(costs)).collect();
+        // Of a gait there are two models: the robot's own, and what its controller takes.
+        let heads = ["", "of the gait: what its controller and its zero dynamics take\n"];
+        let with_head = |(head, costs): (&str, &Vec<Costs>)| format!("{head}{}", functions(costs));
+        let tables: Vec<String> = heads.into_iter().zip(&costs).map(with_head).collect();
         let last = format!("{folder}: {count} functions, {files} files, {bytes} bytes, {seconds:.2} s");
         output::print(&format!("{}\n{last}\n", tables.join("\n")))
     }

@@ -69,3 +69,12 @@ fn planar_robots_have_the_bits_of_each_state_in_every_lane() {
     all_widths(&three_link::ThreeLink, 50);
     all_widths(&seven_link::SevenLink, 50);
 }
+
+#[cfg(all_robots)]
+#[test]
+fn every_robot_has_the_bits_of_each_state_in_every_lane() {
+    all_widths(&five_link::FiveLink, 20);
+    all_widths(&tulip_v1_leg::TulipV1Leg, 20);
+    all_widths(&tulip::Tulip, 5);
+    all_widths(&biped_3d::Biped3d, 5);
+}

@@ -13,9 +13,11 @@ const SETTLED: usize = 4;
 const TURNED: usize = 12;
 /// Part of φ̇² that two steps of a cycle differ by at most. Where torques go from limit to limit steps are known to some 1e-7.
 const CLOSE: f64 = 1e-6;
-/// Parts of the speed by which a cycle is left to see what of it comes back. The middle one of their slopes counts: where torques go from limit to limit one step in some twenty is off by
+/// Parts of the speed by which a cycle is left to see what of it comes back. Of slopes that differ the middle one counts: where torques go from limit to limit one step in some twenty is off by
 /// a millionth of the speed, which is a five-hundredth of the slope of the least.
 const LEFT: [f64; 3] = [2e-3, 4e-3, 6e-3];
+/// Two slopes that differ by less than this part are both good.
+const ALIKE: f64 = 2e-4;
 /// Steps within which a deviation has to be halved, to count as one that goes away.
 const RETURNS: usize = 8;
 /// Part of the speed that counts as none.
@@ -203,10 +205,11 @@ impl Chain<'_> {
         };
         let first = slope(LEFT[0])?;
         // Near the fastest step there may be none a little faster.
-        let mut all: Vec<f64> =
-            LEFT[1..].iter().filter_map(|&left| slope(left).ok()).chain([first]).collect();
-        all.sort_by(f64::total_cmp);
-        Ok(if all.len() == LEFT.len() { all[1] } else { first })
+        let Ok(second) = slope(LEFT[1]) else { return Ok(first) };
+        if (second / first - 1.0).abs() < ALIKE {
+            return Ok(first);
+        }
+        Ok(slope(LEFT[2]).map_or(first, |third| first.clamp(second.min(third), second.max(third))))
     }
 
     /// M g, N: what holds the robot at rest.
