@@ -126,9 +126,7 @@ impl Workbench {
         let repeated = read.and_then(|bench| {
             let step = match &bench {
                 AnyBench::OnePhase(bench) => self.cycle(bench)?,
-                AnyBench::Phased(bench) => {
-                    settled(bench, trial, repeated_near(bench, trial, it.optimum.slowest_rate(it.of, 0))?)?
-                }
+                AnyBench::Phased(bench) => repeating(bench, trial, it.optimum.slowest_rate(it.of, 0))?,
             };
             Ok((step, bench))
         });
@@ -188,19 +186,21 @@ impl Workbench {
     }
 }
 
-/// The same with the speed, the multiplier and the cost of `bipedc gait cycle`: the last slope of the secant method is one over a deviation of some 1e-6 of the speed, and
-/// where torques go from limit to limit a step is known to 1e-7 of it. Where steps from posture to posture do not settle, what is known stays.
-fn settled(bench: &PhasedBench, trial: &Trial, found: Repeated) -> Result<Repeated, Diagnostics> {
-    let controller = bench.controller(None, &[])?;
-    let chain = Chain::new(bench, &trial.walker().phases, controller)?;
+/// Steps that repeat themselves, with the speed, the multiplier and the cost of `bipedc gait cycle`: from posture to posture, or where these do not settle, each from the posture
+/// of a step at its speed.
+fn repeating(bench: &PhasedBench, trial: &Trial, near: f64) -> Result<Repeated, Diagnostics> {
+    let chain = Chain::new(bench, &trial.walker().phases, bench.controller(None, &[])?)?;
     let values = bench.values(&[])?;
-    Ok(match chain.repeating(&values, Some(found.speed)) {
-        Ok((start, multiplier)) => {
-            let cost_of_transport = chain.cost_of_transport(&start, &values).ok();
-            Repeated { speed: start.speed, multiplier, cost_of_transport, ..found }
+    let (start, multiplier) = match chain.repeating(&values, Some(near)) {
+        Ok(found) => found,
+        Err(_) => {
+            let found = repeated_near(bench, trial, near)?;
+            let Ok(settled) = chain.repeating(&values, Some(found.speed)) else { return Ok(found) };
+            settled
         }
-        Err(_) => found,
-    })
+    };
+    let cost_of_transport = chain.cost_of_transport(&start, &values).ok();
+    Ok(Repeated { multiplier, cost_of_transport, ..step_at(bench, trial, start.speed)? })
 }
 
 /// Parts of the motion's speed that steps are begun with, one after the other: where they repeat themselves is not known before.
@@ -249,13 +249,25 @@ fn repeated(bench: &PhasedBench, trial: &Trial, begin: f64) -> Result<Repeated, 
     if (next - speed).abs() > 1e-4 * speed {
         return Err(Diagnostic::error(format!("steps do not repeat themselves within {STEPS}")).into());
     }
+    Ok(Repeated { multiplier, ..step_at(bench, trial, speed)? })
+}
+
+/// A step at the speed that repeats itself, with everything that it comes close to.
+fn step_at(bench: &PhasedBench, trial: &Trial, speed: f64) -> Result<Repeated, Diagnostics> {
     let last = bench.step(&trial.walker().phases, &ChainOptions { speed, ..ChainOptions::default() })?;
     if let Some(reason) = last.reason.filter(|_| !last.feasible) {
         return Err(Diagnostic::error(format!("a step that repeats itself is not possible: {reason}")).into());
     }
     let duration = last.duration.unwrap_or(f64::NAN);
     let margins = Some((last.margins, bench.gait.limits.friction));
-    Ok(Repeated { speed, multiplier, duration, cost_of_transport: None, phases: last.phases, margins })
+    Ok(Repeated {
+        speed,
+        multiplier: f64::NAN,
+        duration,
+        cost_of_transport: None,
+        phases: last.phases,
+        margins,
+    })
 }
 
 /// What a walk lacks of what was wished, as parts of it; 0: nothing.
