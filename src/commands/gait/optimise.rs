@@ -93,7 +93,7 @@ pub struct Optimise {
     #[arg(long, value_name = "N", default_value_t = 24)]
     intervals: usize,
     /// Lengths of first steps that a search from nothing begins with, on all cores; the motion that costs least is kept. Default 1, of several phases 2
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", conflicts_with = "start")]
     beginnings: Option<usize>,
     /// Print the result as JSON
     #[arg(long)]
