@@ -20,6 +20,7 @@ fn options(form: &str, speeds: Vec<f64>) -> OptimiseOptions {
         start: None,
         speeds,
         coefficients: COEFFICIENTS,
+        beginnings: None,
         wishes: Wishes::default(),
         command: "benches/optimise.rs".to_owned(),
         library: None,

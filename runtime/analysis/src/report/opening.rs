@@ -119,7 +119,11 @@ fn at_noise(rows: &[Row]) -> Option<Card> {
     }
     let quiet = |row: &&Row| row.noise > 0.0 && row.told_before() <= AT_NOISE * row.noise;
     let count = rows.iter().filter(quiet).count();
-    Some(Card::new("explained", counted(count, rows), "have nothing but the measurement's noise left, within a tenth"))
+    Some(Card::new(
+        "explained",
+        counted(count, rows),
+        "have nothing but the measurement's noise left, within a tenth",
+    ))
 }
 
 fn counted(count: usize, rows: &[Row]) -> String {
