@@ -4,7 +4,7 @@ use super::judged::{judging, mean_error};
 use super::stated::said;
 use crate::measurements::{Content, Log, Measured, SAMPLES};
 use bipedc_analysis::diagnose::{Closer, Diagnosis, ErrorFall, errors, left_alike};
-use bipedc_analysis::experiments::{Experiment, MotionExperiment};
+use bipedc_analysis::experiments::MotionExperiment;
 use bipedc_analysis::measure::{self, CANDIDATES, HELD};
 use bipedc_analysis::parallel::parallel;
 use bipedc_effects::effect::Effect;
@@ -15,6 +15,11 @@ use std::collections::BTreeMap;
 /// motion is taken off; and at each of them.
 const KEPT: f64 = 0.93;
 const KEPT_AT_LEAST: f64 = 0.75;
+/// Where nothing but noise is left, a filter takes motion off that leaves more than this part of the noise's squares behind it and not behind the next faster
+/// one alike,
+const TAKEN: f64 = 0.3;
+/// and more than so many standard deviations of that.
+const BEYOND_CHANCE: f64 = 3.0;
 /// The next cut-off is faster by this factor at least.
 const FASTER: f64 = 1.2;
 /// So many faster filters are asked: behind still faster ones encoders' noise is all there is.
@@ -34,11 +39,12 @@ pub(super) fn slower_where_safe(measured: &Measured, request: &Request<'_>, cuto
     let slower: Vec<f64> = CANDIDATES.into_iter().take_while(|other| *other < cutoff).collect();
     let mut logs = parallel(slower.len() + 1, |i| at(slower.get(i).copied().unwrap_or(cutoff)));
     let Some(here) = logs.pop().flatten() else { return cutoff };
-    let is_safe = |slower: &MotionExperiment<'_>| {
+    let is_safe = |(i, slower): (usize, &MotionExperiment<'_>)| {
         let told = errors(slower, Some(slower), [&[], &[]]).rows;
         let less = mean_error(slower, &[]) / mean_error(&here, &[]);
         if told.values().all(|fall| fall.above_noise().is_none()) {
-            return less < 1.0;
+            let next = logs.get(i + 1).and_then(Option::as_ref).unwrap_or(&here);
+            return less < 1.0 && !takes_motion_off((slower, next), &told);
         }
         let alike = left_alike((slower, &here), &[], false);
         let parts = told.iter().filter_map(|(row, fall)| Some((alike.get(row)? / fall.told()).powi(2)));
@@ -46,8 +52,22 @@ pub(super) fn slower_where_safe(measured: &Measured, request: &Request<'_>, cuto
         let mean = parts.iter().sum::<f64>() / parts.len().max(1) as f64;
         less < QUIETER && mean > KEPT && parts.iter().all(|part| *part > KEPT_AT_LEAST)
     };
-    let safe = logs.iter().position(|log| log.as_ref().is_some_and(is_safe));
+    let safe = logs.iter().enumerate().position(|(i, log)| log.as_ref().is_some_and(|log| is_safe((i, log))));
     safe.map_or(cutoff, |i| slower[i])
+}
+
+/// Whether a filter takes motion off of which a faster one leaves more, by what the description leaves behind it (`told`): too little of a row to be above
+/// its noise, and what inertias look like.
+fn takes_motion_off(
+    (slower, faster): (&MotionExperiment<'_>, &MotionExperiment<'_>),
+    told: &BTreeMap<String, ErrorFall>,
+) -> bool {
+    let closer = Closer::new((slower, faster), &[], false);
+    told.iter().any(|(row, fall)| {
+        let is_much =
+            |[gone, deviation]: [f64; 2]| gone > (TAKEN * fall.noise.powi(2)).max(BEYOND_CHANCE * deviation);
+        closer.gone(row, fall).is_some_and(is_much)
+    })
 }
 
 /// Holds rows above their noise against what is left behind faster filters too, as [`Diagnosis::look_behind`] does, at the cut-off at
@@ -146,27 +166,7 @@ impl<'l> Look<'l> {
                 return;
             }
             let (Some(here), Some(closer)) = (&*here, self.at(faster)) else { return };
-            show(answer, &self.held_against(here, &closer, faster));
-        }
-    }
-
-    fn held_against(
-        &self,
-        here: &MotionExperiment<'_>,
-        closer: &MotionExperiment<'_>,
-        faster: f64,
-    ) -> Closer {
-        let judge: Option<&dyn Experiment> = (!self.own_blocks).then_some(closer);
-        let [first, last] =
-            [here.time().first(), here.time().last()].map(|time| time.copied().unwrap_or(0.0));
-        let motion =
-            here.rows().iter().enumerate().map(|(row, what)| (what.name.clone(), here.motion_noise(row)));
-        Closer {
-            cutoffs_hz: [self.cutoff, faster],
-            motion: motion.collect(),
-            alike: left_alike((here, closer), &self.effects, self.own_blocks),
-            rows: errors(closer, judge, [&[], &self.effects]).rows,
-            independent: 2.0 * self.cutoff * (last - first),
+            show(answer, &Closer::new((here, &closer), &self.effects, self.own_blocks));
         }
     }
 

@@ -1,7 +1,9 @@
 //! What is left of torques above their noise, held against what is left behind faster filters: an effect is seen there too, motion that a slow filter
 //! takes off is not.
 use super::result::LEFT;
-use super::{Diagnosis, ErrorFall};
+use super::{Diagnosis, ErrorFall, errors, left_alike};
+use crate::experiments::{Experiment, MotionExperiment};
+use bipedc_effects::effect::Effect;
 use std::collections::BTreeMap;
 
 /// A faster filter that lets so much noise through tells nothing, nor one that takes off large parts of the motion otherwise: the mean product of two residuals
@@ -26,6 +28,34 @@ pub struct Closer {
 }
 
 impl Closer {
+    /// What effects leave of one log behind a filter and a faster one; `own_blocks`: in its blocks that judge.
+    pub fn new(
+        (here, closer): (&MotionExperiment<'_>, &MotionExperiment<'_>),
+        effects: &[Effect],
+        own_blocks: bool,
+    ) -> Self {
+        let judge: Option<&dyn Experiment> = (!own_blocks).then_some(closer);
+        let [first, last] =
+            [here.time().first(), here.time().last()].map(|time| time.copied().unwrap_or(0.0));
+        let motion =
+            here.rows().iter().enumerate().map(|(row, what)| (what.name.clone(), here.motion_noise(row)));
+        let cutoffs_hz = [here, closer].map(|experiment| experiment.recording().cutoff_hz);
+        Self {
+            cutoffs_hz,
+            motion: motion.collect(),
+            alike: left_alike((here, closer), effects, own_blocks),
+            rows: errors(closer, judge, [&[], effects]).rows,
+            independent: 2.0 * cutoffs_hz[0] * (last - first),
+        }
+    }
+
+    /// The mean square of a row, left behind the slower filter, that is not left behind the faster one, and its standard deviation by chance.
+    pub fn gone(&self, row: &str, fall: &ErrorFall) -> Option<[f64; 2]> {
+        let (both, faster) = (self.both(row)?, self.rows.get(row)?);
+        let deviation = fall.told_here() * faster.told_here() / self.independent.max(1.0).sqrt();
+        Some([fall.told_here().powi(2) - both.powi(2), deviation])
+    }
+
     /// Looks at rows above their noise; tells which of them are not when they are held against this.
     fn settles(&self, rows: &mut BTreeMap<String, ErrorFall>, passed: &[String]) -> Vec<String> {
         let loud =
