@@ -94,3 +94,49 @@ fn a_knee_that_hardly_leaves_its_stop_lacks_nothing() {
         "{assumed}"
     );
 }
+
+/// Encoders of 4096 counts; the knee of a held leg rests somewhere between two of them, which is what 0.02 N m in the joint above look like.
+#[test]
+fn where_a_joint_rests_between_two_counts_is_no_effect() {
+    let folder = scratch("few-joints-counts");
+    let count = std::f64::consts::TAU / 4096.0;
+    let mass = |mass: f64, at: f64| {
+        format!(
+            "<inertial><origin xyz=\"0 0 {at}\"/><mass value=\"{mass}\"/><inertia ixx=\"0.02\" ixy=\"0\" ixz=\"0\" iyy=\"0.02\" iyz=\"0\" izz=\"0.02\"/></inertial>"
+        )
+    };
+    let joint = |name: &str, child: &str| {
+        format!(
+            "<joint name=\"{name}\" type=\"revolute\"><parent link=\"bench\"/><child link=\"{child}\"/><axis xyz=\"0 1 0\"/>\
+             <limit lower=\"-3\" upper=\"3\" effort=\"100\" velocity=\"20\"/></joint>"
+        )
+    };
+    let urdf = format!(
+        "<robot name=\"two\"><link name=\"bench\"/><link name=\"held\">{}</link><link name=\"led\">{}</link>{}{}</robot>",
+        mass(6.0, -0.3),
+        mass(2.0, -0.2),
+        joint("still", "held"),
+        joint("moving", "led")
+    );
+    std::fs::write(folder.join("robot.urdf"), urdf).unwrap();
+    std::fs::write(folder.join("biped.toml"), "[base]\nkind = \"fixed\"\n").unwrap();
+    let logs = [(1, 203.45, 0.37), (2, 310.44, 0.43)].map(|(seed, rests, rate)| {
+        let mut random = bipedc_effects::random::Random::new(seed);
+        let mut csv = "time,still/position,moving/position,still/effort,moving/effort\n".to_owned();
+        for sample in 0..3000 {
+            let (angle, turn) =
+                (0.6 * (std::f64::consts::TAU * rate * f64::from(sample) * 0.01).sin(), rests * count);
+            let bend = -(std::f64::consts::TAU * rate).powi(2) * angle;
+            let efforts = [6.0 * 9.81 * 0.3 * turn.sin(), 0.1 * bend + 2.0 * 9.81 * 0.2 * angle.sin()];
+            let [still, moving] = efforts.map(|effort| effort + 0.005 * random.normal());
+            let [held, led] = [turn, angle].map(|angle| (angle / count).round() * count);
+            csv += &format!("{:.3},{held:.9},{led:.9},{still:.9},{moving:.9}\n", f64::from(sample) * 0.01);
+        }
+        let file = folder.join(format!("{seed}.csv"));
+        std::fs::write(&file, csv).unwrap();
+        file
+    });
+    let [train, judge] = logs.each_ref().map(|log| text(log));
+    let found = bipedc(&["diagnose", text(&folder), train, "--validate", judge, "--json"]).ok().json();
+    lacks_nothing(&found);
+}

@@ -65,7 +65,8 @@ pub(super) fn filtered<'m>(
         reading.cutoff_hz = Some(cutoff);
     }
     let load = |log: &Log, reading: &measure::Options| -> Result<Loaded<'m>, Diagnostics> {
-        let loaded = measured.load(log, reading, options.foot.as_deref())?;
+        let mut loaded = measured.load(log, reading, options.foot.as_deref())?;
+        loaded.experiment = Box::new(Selected::within_steps(loaded.experiment));
         Ok(selected(loaded, &options.channels).map_err(|e| e.in_file(log.path()))?)
     };
     let mut train = load(&request.log, &reading)?;

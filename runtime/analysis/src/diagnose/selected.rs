@@ -13,6 +13,8 @@ pub struct Selected<'a> {
     /// Places of the rows in `inner`.
     places: Vec<usize>,
     rows: Vec<Row>,
+    /// What is left of rows, where that is not what is left in `inner`.
+    residuals: Vec<Option<Vec<f64>>>,
 }
 
 impl<'a> Selected<'a> {
@@ -40,7 +42,29 @@ impl<'a> Selected<'a> {
     fn kept(inner: Box<dyn Experiment + 'a>, kept: impl Fn(&Row) -> bool) -> Self {
         let places: Vec<usize> = (0..inner.rows().len()).filter(|&r| kept(&inner.rows()[r])).collect();
         let rows = places.iter().map(|&r| inner.rows()[r].clone()).collect();
-        Self { inner, places, rows }
+        let residuals = vec![None; places.len()];
+        Self { inner, places, rows, residuals }
+    }
+
+    /// All rows, without constants where an angle that is known to a step of its encoder alone may make as much: any bias and any mass that does as little is
+    /// where the joint rests within that step.
+    pub fn within_steps(inner: Box<dyn Experiment + 'a>) -> Self {
+        let mut this = Self::kept(inner, |_| true);
+        this.residuals = (0..this.rows.len()).map(|row| this.centred(row)).collect();
+        this
+    }
+
+    fn centred(&self, row: usize) -> Option<Vec<f64>> {
+        let [most, _] = self.inner.within_steps(row);
+        let (residual, sticks) = (self.inner.residual(row), self.inner.sticks(row));
+        let is_free = |i: &usize| !sticks.get(*i).is_some_and(|sticks| *sticks);
+        let free: Vec<usize> = (0..residual.len()).filter(is_free).collect();
+        let mean = free.iter().map(|i| residual[*i]).sum::<f64>() / free.len().max(1) as f64;
+        (most > 0.0 && mean.abs() <= most).then(|| {
+            let mut left = residual.to_vec();
+            free.iter().for_each(|i| left[*i] -= mean);
+            left
+        })
     }
 }
 
@@ -52,7 +76,7 @@ impl Experiment for Selected<'_> {
         self.inner.time()
     }
     fn residual(&self, row: usize) -> &[f64] {
-        self.inner.residual(self.places[row])
+        self.residuals[row].as_deref().unwrap_or_else(|| self.inner.residual(self.places[row]))
     }
     fn measured(&self, row: usize) -> Option<Vec<f64>> {
         self.inner.measured(self.places[row])
@@ -68,6 +92,9 @@ impl Experiment for Selected<'_> {
     }
     fn motion_noise(&self, row: usize) -> f64 {
         self.inner.motion_noise(self.places[row])
+    }
+    fn within_steps(&self, row: usize) -> [f64; 2] {
+        self.inner.within_steps(self.places[row])
     }
     fn smeared(&self) -> usize {
         self.inner.smeared()

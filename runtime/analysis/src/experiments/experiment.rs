@@ -125,6 +125,12 @@ pub trait Experiment: Send + Sync {
         0.0
     }
 
+    /// What nobody sees of joints that rest within a step of their encoders, in a row: the most that their angles, being elsewhere in it, make, and what motions
+    /// within it make that are as quick as those of the joints that move (root mean square).
+    fn within_steps(&self, _row: usize) -> [f64; 2] {
+        [0.0; 2]
+    }
+
     /// Over how many samples, on either side, the filter of a joint's motion smears a jump of its acceleration; 0: none.
     fn smeared(&self) -> usize {
         0

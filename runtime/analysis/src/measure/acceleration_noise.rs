@@ -21,6 +21,8 @@ pub(crate) struct AccelerationNoise {
     samples: usize,
     /// Positions that are rounded to steps, of the first block.
     rounded: Vec<Option<Rounded>>,
+    /// Lowest and highest position by joint.
+    spans: Vec<[f64; 2]>,
 }
 
 /// Angles as an encoder tells them, and its step.
@@ -33,7 +35,8 @@ struct Rounded {
 impl AccelerationNoise {
     pub fn new(plan: &Plan) -> Self {
         let of_velocity = plan.joints.iter().map(|columns| columns.velocity.is_some()).collect();
-        Self { sums: vec![0.0; plan.joints.len()], of_velocity, ..Self::default() }
+        let (joints, nowhere) = (plan.joints.len(), [f64::INFINITY, f64::NEG_INFINITY]);
+        Self { sums: vec![0.0; joints], spans: vec![nowhere; joints], of_velocity, ..Self::default() }
     }
 
     /// Adds what a block's samples tell.
@@ -53,7 +56,27 @@ impl AccelerationNoise {
             Some(moving * of_encoders(signal, 1).powi(2) * count as f64)
         });
         self.sums.iter_mut().zip(heard).for_each(|(sum, heard)| *sum += heard.unwrap_or(0.0));
+        for (span, columns) in self.spans.iter_mut().zip(&plan.joints) {
+            let positions =
+                columns.position.map_or(&[][..], |column| &block.columns[column][block.core.clone()]);
+            *span = positions.iter().fold(*span, |[low, high], q| [low.min(*q), high.max(*q)]);
+        }
         self.samples += count;
+    }
+
+    /// Half a step of the encoder of each joint that rests within a step all along: where in it the joint is nobody knows. 0 of other joints. An encoder that
+    /// always says the same shows no steps: it is taken for as coarse as any of its `sort`, by joint.
+    pub fn at_rest(&self, sort: &[bool]) -> Vec<f64> {
+        let own =
+            |joint: usize| self.rounded.get(joint).and_then(Option::as_ref).map_or(0.0, |told| told.step);
+        let of_joint = |joint: usize| {
+            let alike = (0..sort.len()).filter(|other| sort[*other] == sort[joint]);
+            let step = if own(joint) > 0.0 { own(joint) } else { alike.map(own).fold(0.0, f64::max) };
+            let [low, high] = self.spans[joint];
+            // From one to the next and back: it is between the two.
+            if (0.0..1.5 * step).contains(&(high - low)) { 0.5 * step } else { 0.0 }
+        };
+        (0..sort.len()).map(of_joint).collect()
     }
 
     /// One standard deviation of the acceleration by joint, rad/s² or m/s², where samples are `step` s apart and pass the filter so

@@ -51,6 +51,8 @@ pub struct Recording {
     pub noise: Vec<f64>,
     /// The same of each joint's filtered acceleration, rad/s² or m/s², from that of the position (or velocity) as logged; empty: not known.
     pub acceleration_noise: Vec<f64>,
+    /// Of each joint that rests within a step of its encoder half of that step, rad or m, and 0 of others; empty: not known.
+    pub at_rest: Vec<f64>,
     /// When joints lay at their stops.
     pub stops: Stops,
     /// When something shook joints.
@@ -156,6 +158,8 @@ impl Recording {
         }
         if hears {
             recording.acceleration_noise = accelerations.levels(&filter, step, 1);
+            let slides: Vec<bool> = layout.joints.iter().map(|joint| joint.prismatic).collect();
+            recording.at_rest = accelerations.at_rest(&slides);
         }
         recording.warnings.extend(blocks.report().warnings.iter().cloned());
         Ok(recording)
@@ -299,6 +303,7 @@ impl Recording {
             cutoff_hz: self.cutoff_hz,
             noise: self.noise.clone(),
             acceleration_noise: self.acceleration_noise.clone(),
+            at_rest: self.at_rest.clone(),
             stops: self.stops.clone(),
             jolts: self.jolts.clone(),
             missing: self.missing.clone(),

@@ -60,6 +60,9 @@ impl Experiment for Amended<'_> {
     fn motion_noise(&self, row: usize) -> f64 {
         self.inner.motion_noise(row)
     }
+    fn within_steps(&self, row: usize) -> [f64; 2] {
+        self.inner.within_steps(row)
+    }
     fn smeared(&self) -> usize {
         self.inner.smeared()
     }

@@ -110,7 +110,9 @@ impl<'a> Left<'a> {
                 noise: noise.powi(2) * n,
                 sticks: told[0].is_some(),
             };
-            let resolution = resolutions[row].max(*noise);
+            // Nor is what nobody sees of joints that rest within a step of their encoders.
+            let [angles, motions] = before.within_steps(row);
+            let resolution = resolutions[row].max(noise.hypot(angles).hypot(motions));
             rows.insert(what.name.clone(), ErrorFall { resolution, ..sums.fall(what.unit) });
             groups.entry(what.channel).or_default().add(&sums);
         }

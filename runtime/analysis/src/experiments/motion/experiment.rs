@@ -23,7 +23,7 @@ use std::sync::OnceLock;
 const SMEARED: f64 = 0.5;
 
 /// Samples at which the noise's way through the model is computed.
-const NOISE_SAMPLES: usize = 16;
+pub(super) const NOISE_SAMPLES: usize = 16;
 
 /// A log of joint torques against a rigid-body model with the effects that its description already has.
 pub struct MotionExperiment<'a> {
@@ -55,6 +55,8 @@ pub struct MotionExperiment<'a> {
     sticks: OnceLock<Vec<Vec<bool>>>,
     /// By row, N m or N, see [`Experiment::motion_noise`].
     motion_noise: Vec<f64>,
+    /// By row, N m or N, see [`Experiment::within_steps`].
+    within_steps: Vec<[f64; 2]>,
     /// Of each joint whether its effort jumps where it turns about; found when first asked for.
     pub(super) jumps: Vec<OnceLock<bool>>,
     pub(super) columns: Vec<Columns>,
@@ -124,6 +126,7 @@ impl<'a> MotionExperiment<'a> {
             turned_inertial: Memo::new(recording.trajectory.v.len() * rigid.parameters),
             sticks: OnceLock::new(),
             motion_noise: Vec::new(),
+            within_steps: Vec::new(),
             resistance: (0..joints).map(|_| OnceLock::new()).collect(),
             jumps: (0..joints).map(|_| OnceLock::new()).collect(),
             columns: (0..joints).map(|_| Columns::default()).collect(),
@@ -132,6 +135,7 @@ impl<'a> MotionExperiment<'a> {
         this.list_rows();
         this.find_residuals(None);
         this.motion_noise = this.noise_of_motion();
+        this.within_steps = this.unseen_within_steps();
         Ok(this)
     }
 
@@ -334,6 +338,9 @@ impl Experiment for MotionExperiment<'_> {
     }
     fn motion_noise(&self, row: usize) -> f64 {
         self.motion_noise[row]
+    }
+    fn within_steps(&self, row: usize) -> [f64; 2] {
+        self.within_steps[row]
     }
     fn smeared(&self) -> usize {
         (SMEARED / (self.recording.cutoff_hz * self.recording.step)).ceil() as usize

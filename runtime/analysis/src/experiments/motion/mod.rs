@@ -19,6 +19,7 @@ mod sticking;
 mod torques;
 mod under_effects;
 mod unseen;
+mod within_steps;
 
 pub use experiment::MotionExperiment;
 pub(crate) use motor_side::Hidden;

@@ -70,6 +70,20 @@ impl<'a> Rigid<'a> {
         (0..samples).step_by((samples / count).max(1)).flat_map(at).collect()
     }
 
+    /// What forces are more at rest if a coordinate of the configuration is more by `step` (N m, N), at about `count` of the states, `states × nv`.
+    pub fn displaced(&self, states: &Trajectory, coordinate: usize, (step, count): (f64, usize)) -> Vec<f64> {
+        let samples = states.v.len() / self.nv.max(1);
+        let still = vec![0.0; self.nv];
+        let at = |i: usize| {
+            let here = &states.q[i * self.nq..(i + 1) * self.nq];
+            let mut there = here.to_vec();
+            there[coordinate] += step;
+            let [more, held] = [&there[..], here].map(|q| self.inverse_dynamics(q, &still, &still));
+            more.into_iter().zip(held).map(|(more, held)| more - held).collect::<Vec<f64>>()
+        };
+        (0..samples).step_by((samples / count).max(1)).flat_map(at).collect()
+    }
+
     /// What the states let a coordinate of the velocity resist: its entry on the diagonal of the mass matrix (kg m², kg), and
     /// the slope of its force over the coordinate of the configuration at `position` (N m/rad, N/m). One pair per sample.
     pub fn resistance(&self, states: &Trajectory, (position, velocity): (usize, usize)) -> Vec<[f64; 2]> {
