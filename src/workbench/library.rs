@@ -2,7 +2,8 @@
 //!
 //! A gait depends on all speeds before it, because each search begins where the one before ended. Its file says in its first line of what request
 //! it is; beside it, in `searches`, is where its search ended. Without either of them, or with others, it is found anew.
-use super::closed_loop::{Lack, Tried};
+use super::closed_loop::Tried;
+use super::lack::Lack;
 use super::optimised::{Asked, OptimisedGait, described};
 use super::{OptimiseOptions, Workbench};
 use crate::gait::optimise::{Demands, Optimum, least_distance, size};

@@ -3,6 +3,7 @@ mod closed_loop;
 mod cycles;
 mod explaining;
 mod identified;
+mod lack;
 mod library;
 mod optimised;
 mod optimised_text;

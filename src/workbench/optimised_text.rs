@@ -1,9 +1,16 @@
 //! Gaits that were found, for people.
-use super::closed_loop::{PhaseCourses, fixed};
+use super::closed_loop::PhaseCourses;
 use super::optimised::{Landing, OptimisedGait, OptimisedGaits, Violated};
 use super::search::Beginning;
 use crate::table::table;
 use std::fmt;
+
+/// A number with so many decimals; none is "-0.0000".
+pub(super) fn fixed(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    let nothing = text.starts_with('-') && text.chars().all(|c| matches!(c, '-' | '0' | '.'));
+    if nothing { text[1..].to_owned() } else { text }
+}
 
 /// As many violated constraints as are told.
 const TOLD: usize = 12;

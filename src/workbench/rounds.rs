@@ -1,5 +1,6 @@
 //! Searches at one speed: after the first each asks for a little more where the walk under the controller lacked something, or begins elsewhere where none was found.
-use super::closed_loop::{Lack, Tried};
+use super::closed_loop::Tried;
+use super::lack::Lack;
 use super::optimised::{Asked, OptimisedGait, described};
 use super::search::{Beginning, FirstGuess, is_found};
 use super::{Workbench, library};

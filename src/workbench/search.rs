@@ -153,7 +153,7 @@ fn chosen(asked: &Asked<'_>, demands: &Demands, found: Vec<Optimum>, first: usiz
         feasible: is_found(optimum),
         cost: optimum.cost,
         cost_of_transport: optimum.cost_of_transport(asked.of),
-        kept: index == best,
+        kept: index == best && is_found(optimum),
     };
     let beginnings = found.iter().enumerate().map(told).collect();
     let iterations = found.iter().map(|optimum| optimum.iterations).sum();
