@@ -137,7 +137,7 @@ pub fn from_landing(
     Some(in_two_stages(of, [&first, demands], &start, watch))
 }
 
-/// The largest impulse that it makes sense to ask for, N s: what is asked for, if the landing of the toe pushes with as much in some posture; else [`landing::ENOUGH`] times less than
+/// The largest impulse that it makes sense to ask for, N s: what is asked for, if the landing of the toe pushes with as much in some posture; else half of what
 /// it pushes with in the best that was found. None: the robot has no such landing, or it pulls in every posture that was found.
 pub fn impulse_that_lands(of: &Collocation, demands: &Demands) -> Option<f64> {
     let layout = Layout::new(of, &intervals(of, demands));
