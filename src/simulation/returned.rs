@@ -238,7 +238,8 @@ impl<'w> Returned<'w> {
             AnyBench::OnePhase(_) => MOVED,
             AnyBench::Phased(_) => MOVED_ACROSS_LIMITS,
         };
-        let miss = self.step(&DVector::zeros(2 * count))?.amax();
+        let missed = self.step(&DVector::zeros(2 * count))?;
+        let miss = missed.amax();
         let mut slopes = DMatrix::zeros(2 * count, 2 * count);
         for k in 0..2 * count {
             let by = if k < count { angle } else { speed * self.v.amax() };
@@ -249,7 +250,7 @@ impl<'w> Returned<'w> {
             };
             slopes.set_column(k, &((moved(by)? - moved(-by)?) / (2.0 * by)));
         }
-        let repeats = self.repeating(&slopes, miss);
+        let repeats = self.repeating(&slopes, missed);
         let mut found: Vec<[f64; 2]> =
             slopes.complex_eigenvalues().iter().map(|value| [value.re, value.im]).collect();
         found.sort_by(|a, b| b[0].hypot(b[1]).total_cmp(&a[0].hypot(a[1])).then(b[1].total_cmp(&a[1])));
@@ -257,12 +258,11 @@ impl<'w> Returned<'w> {
         Ok(Whole { multipliers: found, miss: Some(miss), repeats, reason: None })
     }
 
-    /// Newton's method on the step of the whole robot with the slopes of all rounds, from the cycle of the zero dynamics; none: steps do not come nearer to repeating themselves.
-    fn repeating(&self, slopes: &DMatrix<f64>, miss: f64) -> Option<WholeCycle> {
+    /// Newton's method on the step of the whole robot with one set of slopes, from the cycle of the zero dynamics, which a step misses by `missed`; none: steps do not come nearer to repeating themselves.
+    fn repeating(&self, slopes: &DMatrix<f64>, mut missed: DVector<f64>) -> Option<WholeCycle> {
         let count = slopes.nrows();
         let newton = (slopes - DMatrix::identity(count, count)).lu();
         let (mut moved, mut rounds) = (DVector::zeros(count), 0);
-        let mut missed = self.step(&moved).ok()?;
         while rounds < NEWTON {
             let further = &moved - newton.solve(&missed)?;
             let next = self.step(&further).ok()? - &further;
@@ -274,6 +274,6 @@ impl<'w> Returned<'w> {
         }
         let [q, v] = self.state(&moved).ok()?;
         let off = (q - &self.q).amax().max((v - &self.v).amax());
-        (rounds > 0 || miss <= KNOWN).then(|| WholeCycle { off, miss: missed.amax(), rounds })
+        (rounds > 0 || missed.amax() <= KNOWN).then(|| WholeCycle { off, miss: missed.amax(), rounds })
     }
 }
