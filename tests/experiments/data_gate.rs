@@ -5,6 +5,7 @@ use bipedc_analysis::experiments::{Experiment, MotionExperiment};
 use bipedc_analysis::log::Log;
 use bipedc_analysis::measure::{Options, Recording};
 use bipedc_effects::diagnostic::{Diagnostic, Severity};
+use bipedc_effects::effect::{Effect, Location, kinds};
 use std::sync::OnceLock;
 use tulip::Tulip;
 
@@ -267,6 +268,28 @@ fn gains_and_strong_friction_are_no_mix_up() {
         }
         let found = judge(log);
         assert!(found.iter().all(|d| d.message.contains("repeats its motion")), "{found:?}");
+    }
+}
+
+/// It turns the load of a last joint about as an angle does that counts from elsewhere, and its mass stays what it is: where it came out a
+/// little less than nothing, the log was refused.
+#[test]
+fn a_foot_whose_mass_sits_elsewhere_is_no_angle_that_counts_from_elsewhere() {
+    for (side, y, z) in [("left", 0.07, 0.0), ("left", -0.07, 0.0), ("right", -0.045, 0.078)] {
+        let offset = Effect::new(
+            &kinds::COM_OFFSET,
+            Location::link(format!("{side}_foot")),
+            &[("x", 0.0), ("y", y), ("z", z)],
+        );
+        let mut log = coulomb();
+        let plain = experiment(log.clone());
+        for (row, added) in plain.response(std::slice::from_ref(&offset)) {
+            let joint = plain.joints().iter().position(|name| plain.rows()[row].name.starts_with(*name));
+            let effort = log.effort[joint.unwrap()].as_mut().unwrap();
+            effort.iter_mut().zip(added).for_each(|(u, more)| *u += more);
+        }
+        let found = judge(log);
+        assert!(found.iter().all(|finding| finding.severity != Severity::Error), "{offset}: {found:?}");
     }
 }
 

@@ -18,7 +18,7 @@ impl View {
         (0..bodies).map(of).fold(f64::INFINITY, f64::min)
     }
 
-    /// The same mass and first moment in all joints' rows, each row in parts of its own spread; infinite for a mass below nothing.
+    /// The same mass and first moment in all joints' rows, each row in parts of its own spread.
     fn left_by(&self, moments: &[f64], [body, bodies]: [usize; 2], joints: &[usize]) -> f64 {
         let (nv, size) = (self.motion.nv(), OF_BODY + OF_JOINT * joints.len());
         let (mut gram, mut right) = (DMatrix::zeros(size, size), DVector::zeros(size));
@@ -42,11 +42,21 @@ impl View {
                 squares += y * y;
             }
         }
-        let ridge = DMatrix::from_diagonal(&gram.diagonal().map(|d| 1e-9 * d + 1e-30));
-        let Some(found) = (&gram + ridge).lu().solve(&right) else { return f64::INFINITY };
-        let left = squares - 2.0 * found.dot(&right) + (&gram * &found).dot(&found);
+        let possible = |(found, less): (DVector<f64>, f64)| (found[0] >= 0.0).then_some(less);
+        // A mass below nothing is none at all: its link's own mass sits elsewhere.
+        let less = solved(&gram, &right).and_then(possible).or_else(|| {
+            let (gram, right) = (gram.remove_row(0).remove_column(0), right.remove_row(0));
+            solved(&gram, &right).map(|(_, less)| less)
+        });
         let samples = self.motion.v.len() / nv.max(1);
-        let is_possible = left.is_finite() && found[0] > -1e-6;
-        if is_possible { left.max(0.0) / samples.max(1) as f64 } else { f64::INFINITY }
+        less.map_or(f64::INFINITY, |less| (squares - less).max(0.0) / samples.max(1) as f64)
     }
+}
+
+/// The minimum of a sum of squares, and by how much it is below what nothing explains.
+fn solved(gram: &DMatrix<f64>, right: &DVector<f64>) -> Option<(DVector<f64>, f64)> {
+    let ridge = DMatrix::from_diagonal(&gram.diagonal().map(|d| 1e-9 * d + 1e-30));
+    let found = (gram + ridge).lu().solve(right)?;
+    let less = 2.0 * found.dot(right) - (gram * &found).dot(&found);
+    less.is_finite().then_some((found, less))
 }
