@@ -27,6 +27,17 @@ impl Table {
         columns.flat_map(|column| &column.2).fold(0.0, |largest: f64, x| largest.max(x.abs()))
     }
 
+    /// How many times larger than all but a hundredth of a column's values its largest one is, at most of all columns whose names end so.
+    pub fn peak(&self, end: &str) -> f64 {
+        let columns = self.columns.iter().filter(|column| column.0.ends_with(end));
+        columns.fold(0.0, |peak, column| {
+            let mut sizes: Vec<f64> = column.2.iter().filter(|x| x.is_finite()).map(|x| x.abs()).collect();
+            sizes.sort_unstable_by(f64::total_cmp);
+            let usual = sizes.get(sizes.len() * 99 / 100).copied().unwrap_or(f64::INFINITY);
+            peak.max(sizes.last().map_or(0.0, |largest| largest / usual.max(f64::MIN_POSITIVE)))
+        })
+    }
+
     /// Comma-separated with a header; NaN is an empty cell.
     pub fn text(&self) -> String {
         let names: Vec<&str> = self.columns.iter().map(|column| column.0.as_str()).collect();

@@ -98,7 +98,7 @@ fn fall_of(regression: &Regression<'_>, refined: &Refined, k: usize) -> f64 {
 pub(super) struct JudgedError {
     /// Sum of squares; of magnitudes where play is crossed, because the angle is anywhere then and squares would be its alone.
     squares: f64,
-    /// Not more than the measurement's noise.
+    /// Not more than the noise of measurement and motion.
     is_noise: bool,
     /// How many independent samples tell it.
     independent: f64,
@@ -140,7 +140,9 @@ pub(super) fn judged_errors(
         let add = |(sum, n): (f64, usize), x: f64| (sum + if crosses { x.abs() } else { x * x }, n + 1);
         let (squares, count) = told.fold((0.0, 0), add);
         let independent = count as f64 / regression.noise_floors[row].1;
-        let is_noise = !crosses && squares <= regression.noise_squares_of(row, count);
+        // What the encoders' noise makes of the model's own torque goes with all that is computed from the same motion.
+        let of_motion = regression.judge.motion_noise(row).powi(2) * count as f64;
+        let is_noise = !crosses && squares <= regression.noise_squares_of(row, count) + of_motion;
         JudgedError { squares, is_noise, independent }
     };
     rows.map(of_row).collect()

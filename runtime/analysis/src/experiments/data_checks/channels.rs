@@ -26,8 +26,8 @@ const AS_WELL: f64 = 1.02;
 /// there, which is the likelier.
 const COUNTS: [f64; 2] = [2.0, 4.0];
 const MILLIMETRES: f64 = 1e3;
-/// A mix-up is none if one body with another mass and first moment leaves less than this part of what it leaves.
-const CARRIED: f64 = 0.5;
+/// A mix-up is none if effects leave less than this part of what it leaves: one body with another mass and first moment, springs, friction.
+const EFFECTS: f64 = 0.5;
 /// Most mix-ups that are looked for in one log.
 const MOST: usize = 3;
 /// So many joints at least show what holds of all.
@@ -162,17 +162,18 @@ fn tried(evidence: &Evidence<'_>, view: &View, left: &[f64]) -> Vec<(Mixup, f64)
             let heals = |&&j: &&usize| left[j] > SUSPICIOUS && then[j] < LEFT * left[j];
             let mut healed = concerned.iter().filter(heals).peekable();
             let healed = healed.peek().is_some() && healed.all(|&j| read.explains(j));
-            let is_carried = || mixup.is_of_sign_or_zero() && is_carried(evidence, (view, &concerned), after);
-            (healed && after < LEFT * before && !is_carried()).then_some((mixup, before - after))
+            let mixed_up = healed && after < LEFT * before;
+            (mixed_up && !are_effects(evidence, (view, &concerned), after)).then_some((mixup, before - after))
         })
         .collect();
     good.sort_by(|a, b| a.1.total_cmp(&b.1));
     good
 }
 
-/// Whether a body that carries something explains some joints' torques better than a mix-up does that leaves this much of them.
-fn is_carried(evidence: &Evidence<'_>, (view, joints): (&View, &[usize]), left: f64) -> bool {
-    view.left_by_a_body(evidence, joints) < CARRIED * left
+/// Whether a body that carries something, springs and the like explain some joints' torques better than a mix-up does that leaves this much
+/// of them.
+fn are_effects(evidence: &Evidence<'_>, (view, joints): (&View, &[usize]), left: f64) -> bool {
+    view.left_by_effects(evidence, joints) < EFFECTS * left
 }
 
 fn suspicions(evidence: &Evidence<'_>, view: &View, left: &[f64]) -> Vec<Mixup> {

@@ -2,7 +2,7 @@
 //! hardly move, motions that repeat themselves.
 //!
 //! An error means that nothing found in the log could be trusted; a warning goes with the answer.
-mod carried;
+mod alternatives;
 mod channels;
 mod excitation;
 mod hypothesis;

@@ -1,17 +1,18 @@
-//! Something that a link carries, which looks like a sign or a zero that is mixed up: a mass beside the axis of a last joint turns its load
-//! about.
+//! Effects that look like a sign, a zero or a scale that is mixed up: a mass beside the axis of a last joint turns its load about, a strong
+//! spring makes of a knee's torque what another angle of the thigh would.
 use super::Evidence;
 use super::hypothesis::{SMOOTHING, View, spread};
 use nalgebra::{DMatrix, DVector};
 
 /// Mass and first moment of a body.
 const OF_BODY: usize = 4;
-/// Friction, damping, inertia and bias of each joint: what is carried resists by the square of its distance.
-const OF_JOINT: usize = 4;
+/// Friction, damping, inertia, bias and a spring of each joint: what is carried resists by the square of its distance.
+const OF_JOINT: usize = 5;
 
 impl View {
-    /// Part of the variance of some joints' torques that is left, in sum, if one body carried something: of the body with which least is left.
-    pub fn left_by_a_body(&self, evidence: &Evidence<'_>, joints: &[usize]) -> f64 {
+    /// Part of the variance of some joints' torques that is left, in sum, if one body carried something and each joint had friction, a
+    /// rotor, a bias and a spring: of the body with which least is left.
+    pub fn left_by_effects(&self, evidence: &Evidence<'_>, joints: &[usize]) -> f64 {
         let moments = (evidence.moments)(&self.motion);
         let bodies = moments.len() / (OF_BODY * self.motion.v.len()).max(1);
         let of = |body: usize| self.left_by(&moments, [body, bodies], joints);
@@ -28,13 +29,14 @@ impl View {
             let (row, own) = (nv - self.effort.len() + joint, OF_BODY + OF_JOINT * place);
             let scale = spread(&self.effort[joint]).max(f64::MIN_POSITIVE).recip();
             let rates = self.motion.velocities(joint).zip(self.motion.accelerations(joint));
-            let loads = self.motion.of_joint(&self.load, joint).zip(rates);
-            for (state, ((load, (v, a)), measured)) in loads.zip(&self.effort[joint]).enumerate() {
+            let moves = self.motion.positions(joint).zip(rates);
+            let loads = self.motion.of_joint(&self.load, joint).zip(moves);
+            for (state, ((load, (q, (v, a))), measured)) in loads.zip(&self.effort[joint]).enumerate() {
                 let mut x = DVector::zeros(size);
                 for k in 0..OF_BODY {
                     x[k] = scale * moments[((state * bodies + body) * OF_BODY + k) * nv + row];
                 }
-                let others = [(v / SMOOTHING).tanh(), v, a, 1.0];
+                let others = [(v / SMOOTHING).tanh(), v, a, 1.0, q];
                 others.iter().enumerate().for_each(|(k, value)| x[own + k] = scale * value);
                 let y = scale * (measured - load);
                 gram.ger(1.0, &x, &x, 1.0);
