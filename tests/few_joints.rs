@@ -1,6 +1,7 @@
 //! A robot of which few joints move: what encoders' noise makes of the others behind a fast filter is no mass, no delay, and nothing that is left; nor is what a
 //! stop carries.
 use crate::cli::{bipedc, scratch, text};
+use crate::hidden_effects::drawn;
 use serde_json::Value;
 
 const TULIP: &str = "robots/tulip";
@@ -56,6 +57,18 @@ fn lacks_nothing(found: &Value) {
 #[test]
 fn a_faultless_robot_of_which_few_joints_move_lacks_nothing() {
     lacks_nothing(&diagnosed("few-joints-clean", &three_joints("")));
+}
+
+/// A humanoid moves one arm, the others are held: steps of a coarse encoder at its waist, seen as accelerations, make most of what is left at a wrist that rests.
+/// Before: a delay of 35 ms there, with a share of nothing.
+#[test]
+fn steps_of_one_encoder_are_no_delay_at_another_joint() {
+    let (_, log) = drawn("few_joints_viscous-1", 4711, "few_joints");
+    let [train, judge] = ["train.csv", "validation.csv"].map(|file| log.join(file));
+    let robot = "examples/hidden_effects/robots/humanoid";
+    let found = bipedc(&["diagnose", robot, text(&train), "--validate", text(&judge), "--json"]).ok().json();
+    let [effect] = &found["effects"].as_array().unwrap()[..] else { panic!("{}", found["effects"]) };
+    assert_eq!([&effect["kind"], &effect["joint"]], ["viscous_friction", "left_elbow"]);
 }
 
 /// Before, three joints of the other leg and of this one were unexplained beside it.

@@ -293,6 +293,23 @@ fn a_foot_whose_mass_sits_elsewhere_is_no_angle_that_counts_from_elsewhere() {
     }
 }
 
+/// A knee's spring carries all but gravity, and other angles of the thigh would turn its load as much: what a hip that is wrong by a quarter of a
+/// turn leaves, the spring explains. The log was refused.
+#[test]
+fn a_strong_spring_is_no_angle_that_counts_from_elsewhere() {
+    let (_, folder) = crate::hidden_effects::drawn("parallel_spring-2", 4711, "data_gate");
+    let robot = Subjects::named("five_link");
+    let options = Options { cutoff_hz: Some(16.0), ..Options::default() };
+    let log = Log::open(folder.join("train.csv")).unwrap();
+    let mut recording = Recording::read(&log, &robot.layout, &options).unwrap();
+    recording.thin(4000);
+    let experiment =
+        MotionExperiment::new(&five_link::FiveLink, &robot.layout, &robot.link_inertias, recording, &[])
+            .unwrap();
+    let found = inspect(&experiment, None).training;
+    assert!(found.iter().all(|finding| finding.severity != Severity::Error), "{found:?}");
+}
+
 #[test]
 fn torques_of_another_robot_are_doubted() {
     let mut log = coulomb();
