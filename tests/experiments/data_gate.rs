@@ -300,7 +300,7 @@ fn a_strong_spring_is_no_angle_that_counts_from_elsewhere() {
     let (_, folder) = crate::hidden_effects::drawn("parallel_spring-2", 4711, "data_gate");
     let robot = Subjects::named("five_link");
     let options = Options { cutoff_hz: Some(16.0), ..Options::default() };
-    let log = Log::open(folder.join("train.csv")).unwrap();
+    let log = Log::open(folder.join("validation.csv")).unwrap();
     let mut recording = Recording::read(&log, &robot.layout, &options).unwrap();
     recording.thin(4000);
     let experiment =
