@@ -87,6 +87,9 @@ fn with_notes(mut found: Diagnosed, prepared: &Prepared) -> Diagnosed {
     let answer = &mut found.diagnosis;
     answer.assumptions.extend(prepared.assumptions.iter().cloned());
     answer.warnings.extend(prepared.warnings.iter().map(Diagnostic::placed));
+    if let Some(page) = &mut found.report {
+        page.warnings.extend(prepared.warnings.iter().map(Diagnostic::advised));
+    }
     found.warnings.extend(prepared.warnings.iter().cloned());
     found
 }
@@ -173,7 +176,10 @@ fn answer(request: &Request<'_>, work: Work<'_>) -> Result<Diagnosed, Diagnostic
     }
     let shown = judge.as_ref().unwrap_or(train);
     let report = || of_measurements(robot, &measured, shown, Some(&answer));
-    let report = options.report.then(report).transpose()?;
+    let mut report = options.report.then(report).transpose()?;
+    if let Some(page) = &mut report {
+        page.warnings.extend(warned.iter().map(Diagnostic::advised));
+    }
     Ok(Diagnosed { diagnosis: answer, warnings: warned, report })
 }
 

@@ -46,7 +46,7 @@ pub fn of_measurements(
         abscissa: Abscissa { name: abscissa.to_owned(), unit: unit.to_owned() },
         rows,
         diagnosis: diagnosis.cloned(),
-        warnings: loaded.warnings.iter().map(Diagnostic::placed).collect(),
+        warnings: loaded.warnings.iter().map(Diagnostic::advised).collect(),
         assumptions: loaded.assumptions.clone(),
         facts: facts(loaded),
         ..Report::default()

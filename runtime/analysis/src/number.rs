@@ -90,6 +90,59 @@ pub(crate) fn percent(fraction: f64) -> String {
     }
 }
 
+/// Units behind numbers in sentences; a unit's beginning stands behind it.
+const UNITS: [&str; 22] = [
+    "N m s²/rad²",
+    "N m s/rad",
+    "N m/rad",
+    "N m",
+    "N s/m",
+    "N/m",
+    "N",
+    "kg m²",
+    "kg",
+    "rad/s²",
+    "rad/s",
+    "rad",
+    "m/s²",
+    "m/s",
+    "mm",
+    "ms",
+    "m",
+    "s",
+    "Hz",
+    "degrees",
+    "kW",
+    "W",
+];
+
+/// A sentence for pages: no line ends between a number and its unit or per cent, and numbers have real minus signs.
+pub(crate) fn set(text: &str) -> String {
+    let mut out = String::with_capacity(text.len() + 8);
+    let mut rest = text;
+    while let Some(c) = rest.chars().next() {
+        let last = out.chars().next_back();
+        let behind = &rest[c.len_utf8()..];
+        let ends = |unit: &str| {
+            !behind[unit.len()..].starts_with(|c: char| c.is_alphanumeric() || "²/_".contains(c))
+        };
+        let units = || UNITS.iter().chain(&["%"]).find(|unit| behind.starts_with(**unit) && ends(unit));
+        let is_number = last.is_some_and(|c| c.is_ascii_digit());
+        if let Some(unit) = (c == ' ' && is_number).then(units).flatten() {
+            out += "\u{a0}";
+            out += &unit.replace(' ', "\u{a0}");
+            rest = &behind[unit.len()..];
+            continue;
+        }
+        let opens = last.is_none_or(|c| c.is_whitespace() || "([".contains(c));
+        let is_sign = c == '-' && behind.starts_with(|c: char| c.is_ascii_digit());
+        let of_power = last == Some('e') && out.chars().rev().nth(1).is_some_and(|c| c.is_ascii_digit());
+        out.push(if is_sign && (opens || of_power) { '−' } else { c });
+        rest = behind;
+    }
+    out
+}
+
 /// What is rounded to nothing has no sign.
 fn unsigned_zero(text: String) -> String {
     match text.strip_prefix('-') {
@@ -115,6 +168,13 @@ mod tests {
         );
         assert_eq!([0.0, 0.012_345, 12_345.6].map(|x| counting(x, 4)), ["0", "0.01235", "12346"]);
         assert_eq!([1e-12, f64::INFINITY].map(|x| counting(x, 3)), ["0.000000000", "inf"]);
+    }
+
+    #[test]
+    fn sentences_are_set() {
+        let plain = "z -0.0226 m (95 %: -1.2e-3 to 3 N m s/rad), at 9 Hz, 3 sines, joint-4, 2-3, 5 mmm";
+        let page = "z −0.0226\u{a0}m (95\u{a0}%: −1.2e−3 to 3\u{a0}N\u{a0}m\u{a0}s/rad), at 9\u{a0}Hz, 3 sines, joint-4, 2-3, 5 mmm";
+        assert_eq!(set(plain), page);
     }
 
     #[test]

@@ -63,6 +63,12 @@ impl Diagnostic {
         let line = self.position.map_or_else(String::new, |(line, _)| format!(":{line}"));
         format!("{}{line}: {}", name.display(), self.message)
     }
+
+    /// The same with what to do about it.
+    pub fn advised(&self) -> String {
+        let placed = self.placed();
+        self.help.as_ref().map_or_else(|| placed.clone(), |help| format!("{placed}. To mend it: {help}"))
+    }
 }
 
 impl fmt::Display for Diagnostic {

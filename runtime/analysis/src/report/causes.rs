@@ -1,7 +1,7 @@
 //! The ranked causes.
 use super::svg;
 use crate::diagnose::{Diagnosis, FoundEffect, Rejected, Step};
-use crate::number::{joined, percent, significant, with_interval, with_unit};
+use crate::number::{joined, percent, set, significant, with_interval, with_unit};
 use bipedc_effects::effect::{Effect, Location};
 use maud::{Markup, html};
 
@@ -220,11 +220,16 @@ pub(super) fn lines(title: &str, class: &str, texts: &[String]) -> Markup {
     }
 }
 
-/// Text whose names and commands stand between backticks, as plain text has them.
+/// Text whose names and commands stand between backticks, as plain text has them; numbers set for pages.
 pub(in crate::report) fn coded(text: &str) -> Markup {
     let parts: Vec<&str> = text.split('`').collect();
     if parts.len().is_multiple_of(2) {
-        return html! { (text) };
+        return html! { (set(text)) };
     }
-    html! { @for (k, part) in parts.iter().enumerate() { @if !k.is_multiple_of(2) { code { (part) } } @else { (part) } } }
+    html! { @for (k, part) in parts.iter().enumerate() { @if !k.is_multiple_of(2) { code { (breakable(part)) } } @else { (set(part)) } } }
+}
+
+/// Paths and names that end a line behind their parts and not within them.
+pub(in crate::report) fn breakable(word: &str) -> Markup {
+    html! { @for part in word.split_inclusive(['/', '_']) { (part) @if part.ends_with(['/', '_']) { wbr; } } }
 }

@@ -1,5 +1,5 @@
 //! What is seen first: the answer in figures, the robot beside them, the answer in words, and what to do next.
-use super::causes::{coded, lines};
+use super::causes::{breakable, coded, lines};
 use super::data::{NextStep, Report};
 use super::svg;
 use crate::diagnose::{AT_NOISE, Diagnosis};
@@ -199,7 +199,7 @@ fn next(steps: &[NextStep]) -> Markup {
                 div.command {
                     code tabindex="0" { @for (k, word) in step.command.split(' ').enumerate() {
                         @if k > 0 { " " }
-                        span { (word) }
+                        span { (breakable(word)) }
                     } }
                     button type="button" data-copy hidden { "Copy" }
                 }

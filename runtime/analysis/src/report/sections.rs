@@ -11,11 +11,11 @@ pub(super) fn warnings(report: &Report) -> Vec<String> {
     distinct(report.warnings.iter().chain(found))
 }
 
-/// In order, each once.
+/// In order, each once; not again without its advice.
 fn distinct<'a>(texts: impl Iterator<Item = &'a String>) -> Vec<String> {
     let mut out: Vec<String> = Vec::new();
     for text in texts {
-        if !out.contains(text) {
+        if !out.iter().any(|known| known.starts_with(text.as_str())) {
             out.push(text.clone());
         }
     }
