@@ -229,7 +229,14 @@ pub(in crate::report) fn coded(text: &str) -> Markup {
     html! { @for (k, part) in parts.iter().enumerate() { @if !k.is_multiple_of(2) { code { (breakable(part)) } } @else { (set(part)) } } }
 }
 
-/// Paths and names that end a line behind their parts and not within them.
-pub(in crate::report) fn breakable(word: &str) -> Markup {
-    html! { @for part in word.split_inclusive(['/', '_']) { (part) @if part.ends_with(['/', '_']) { wbr; } } }
+/// Words of commands: paths and names end a line behind their parts and not within them, options not at all.
+pub(in crate::report) fn breakable(words: &str) -> Markup {
+    html! { @for (k, word) in words.split(' ').enumerate() {
+        @if k > 0 { " " }
+        @if word.starts_with("--") {
+            span.option { (word) }
+        } @else {
+            @for part in word.split_inclusive(['/', '_']) { (part) @if part.ends_with(['/', '_']) { wbr; } }
+        }
+    } }
 }
