@@ -7,6 +7,7 @@ use crate::experiments::{depends_on_unseen, nothing_left};
 use crate::log::{Block, Blocks, Log, MOST_GAPS, Reader, Sampling};
 use crate::measure::Options;
 use crate::measure::acceleration_noise::AccelerationNoise;
+use crate::measure::coloured::telling_velocity;
 use crate::measure::columns::{JointColumns, Plan};
 use crate::measure::filtered::{cut, in_hertz, no_filter, reason, unusable};
 use crate::measure::noise::white_noise;
@@ -319,7 +320,9 @@ impl Run<'_> {
         let of_row = |joint: usize| {
             let left = &best.left[joint];
             let both = self.noise[joint].hypot(of_motion[joint]);
-            residual_noise(&left.residual, || left.velocity.clone(), best.sums[joint].logged_rms())
+            let velocity =
+                || telling_velocity(joint, best.left.len(), |joint| best.left[joint].velocity.clone());
+            residual_noise(&left.residual, velocity, best.sums[joint].logged_rms())
                 .map_or(both, |heard| heard.max(both))
         };
         let rows = self.noise.len().min(of_motion.len());

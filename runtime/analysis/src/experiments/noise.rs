@@ -1,5 +1,6 @@
 //! The noise of a row as what its model leaves shows it.
 use super::{Channel, Experiment};
+use crate::measure::coloured::telling_velocity;
 use crate::measure::residual_noise::residual_noise;
 
 /// Standard deviation of what noise leaves in a row, of whose measurement a model leaves `residual`: noise of the row's own measurement and of
@@ -16,7 +17,9 @@ pub(crate) fn noise_of(experiment: &dyn Experiment, row: usize, residual: &[f64]
 /// estimate, which takes noise as white and of one size, and more where neighbouring samples are noisy alike or noise changes in time.
 pub(crate) fn heard(experiment: &dyn Experiment, row: usize, residual: &[f64]) -> f64 {
     let what = &experiment.rows()[row];
-    let velocity = || experiment.signal(row, "velocity").unwrap_or_default();
+    let rows = experiment.rows().len();
+    let velocity =
+        || telling_velocity(row, rows, |row| experiment.signal(row, "velocity").unwrap_or_default());
     let of_signal = || experiment.measured(row).map_or(f64::INFINITY, |signal| root_mean_square(&signal));
     // Other rows are of filtered signals, or tables, whose samples have no neighbours.
     let left =
