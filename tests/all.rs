@@ -61,6 +61,7 @@ mod next;
 mod one_joint;
 #[path = "phases/main.rs"]
 mod phases;
+mod point_feet;
 mod readme;
 mod real_data;
 #[path = "report_page/main.rs"]

@@ -12,6 +12,8 @@ pub(super) struct FootColumns {
     pub cop: [Option<usize>; 2],
     /// One per corner.
     pub corners: Vec<Option<usize>>,
+    /// Where the force of a foot acts that touches with one point, in the sole frame, if nothing else tells it: it carries no moment there.
+    pub point: Option<[f64; 2]>,
     /// Force and torque are in the axes of the sole, not of the world.
     pub in_sole: bool,
     /// Normal force and its centre are enough: moments are taken at a point of the ground (a robot that stands on a foot).
@@ -22,7 +24,7 @@ impl FootColumns {
     /// Force in three directions (planar: x and z), and a moment or a centre of pressure.
     pub fn is_whole(&self, planar: bool) -> bool {
         if self.normal {
-            let center = self.cop.iter().all(Option::is_some);
+            let center = self.point.is_some() || self.cop.iter().all(Option::is_some);
             return self.force[2].is_some() && (center || self.torque[..2].iter().all(Option::is_some));
         }
         let force = (0..3).all(|k| self.force[k].is_some() || planar && k == 1);
@@ -37,7 +39,7 @@ impl FootColumns {
 
     /// All components of the torque that the robot can feel.
     pub fn has_torque(&self, planar: bool) -> bool {
-        (0..3).all(|k| self.torque[k].is_some() || planar && k != 1)
+        self.point.is_some() || (0..3).all(|k| self.torque[k].is_some() || planar && k != 1)
     }
 }
 
@@ -96,6 +98,17 @@ impl Columns {
             let found = self.find_foot(foot, reader)?;
             self.feet.push(found);
         }
+        let points: Vec<&str> = robot
+            .feet
+            .iter()
+            .zip(&self.feet)
+            .filter(|(_, found)| found.point.is_some())
+            .map(|(foot, _)| foot.name.as_str())
+            .collect();
+        if !points.is_empty() {
+            let said = "only forces are logged of feet that touch the ground with one point: they act there and carry no moment";
+            self.plan.assumptions.push(format!("{said}: {}", names::list(points.into_iter(), 8)));
+        }
         let logs_something = |f: &FootColumns| f.is_whole(planar) || has_all_corners(f);
         let (with, without): (Vec<_>, Vec<_>) =
             robot.feet.iter().zip(&self.feet).partition(|(_, columns)| logs_something(columns));
@@ -108,7 +121,7 @@ impl Columns {
                 ));
             }
             return Err(Diagnostic::error("no foot has forces in the log").help(
-                "log `<foot>/force/x`, `/y`, `/z` with `<foot>/cop/x`, `/y` or `<foot>/torque/x`, …, or all `<foot>/<corner>/force/z`",
+                "log `<foot>/force/x`, `/y`, `/z` with `<foot>/cop/x`, `/y` or `<foot>/torque/x`, …, or all `<foot>/<corner>/force/z`; of feet that touch with one point the force is enough",
             ));
         }
         if !without.is_empty() {
@@ -210,7 +223,7 @@ impl Columns {
     fn find_foot(&mut self, foot: &Foot, reader: &Reader) -> Result<FootColumns, Diagnostic> {
         let vector = |quantity: &str| ["x", "y", "z"].map(|axis| format!("{}/{quantity}/{axis}", foot.name));
         let frame = |quantity: &str| reader.frame(&format!("{}/{quantity}", foot.name));
-        let found = FootColumns {
+        let mut found = FootColumns {
             force: vector("force").map(|name| self.add(reader, &name)),
             torque: vector("torque").map(|name| self.add(reader, &name)),
             cop: ["x", "y"].map(|axis| self.add(reader, &format!("{}/cop/{axis}", foot.name))),
@@ -221,7 +234,13 @@ impl Columns {
                 .collect(),
             in_sole: frame("force") == ForceFrame::Sole,
             normal: self.standing.is_some(),
+            point: None,
         };
+        let elsewhere = found.torque.iter().chain(&found.cop).any(Option::is_some);
+        if let ([_], false, true) = (&foot.corners[..], elsewhere, found.has_force()) {
+            let place = foot.corner(0);
+            found.point = Some([place.x, place.y]);
+        }
         if found.torque.iter().any(Option::is_some) && frame("force") != frame("torque") {
             let message = format!("force and torque of `{}` are in different frames", foot.name);
             return Err(Diagnostic::error(message).help(format!(

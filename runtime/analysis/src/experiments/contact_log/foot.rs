@@ -91,7 +91,10 @@ impl FootRecord {
         }
         let turned = self.has_moment();
         for axis in 0..2 {
-            let center = column(self.columns.cop[axis]);
+            let center = match self.columns.point {
+                Some(point) => vec![point[axis]; count],
+                None => column(self.columns.cop[axis]),
+            };
             for (i, center) in center.into_iter().enumerate() {
                 // Without load there is no centre of pressure, and next to no force that needs one.
                 let center = if center.is_finite() { center } else { 0.0 };
