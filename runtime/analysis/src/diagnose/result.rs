@@ -252,7 +252,8 @@ pub struct FoundEffect {
     /// 95 % confidence intervals by parameter.
     #[serde(default, deserialize_with = "intervals")]
     pub ci95: BTreeMap<String, [f64; 2]>,
-    /// Fraction of the held-out squared error that it removed when it entered.
+    /// Fraction of the held-out squared error that it removed when it entered: beside what inertial corrections remove, or, where these would
+    /// mimic it, with nothing corrected.
     #[serde(default)]
     pub share: f64,
     /// Reasons to doubt it: values outside the plausible range.

@@ -44,7 +44,16 @@ impl Conclusion<'_> {
             diagnosis.effects.iter().find(same).map_or(f64::INFINITY, |found| found.share)
         };
         let several = judged.len() > 1;
-        let says_nothing = |k: usize| several && share(k) <= 0.0 && self.removed(k) <= CHANCE;
+        // Beside corrections, where these are: alone it may remove what they would.
+        let falls = |k: usize| {
+            let main = main_rows(self.regression.judge);
+            let elsewhere = main.len() < self.regression.judge.rows().len();
+            match (self.corrected(k, &main), self.corrected(k + 1, &main)) {
+                (Some(before), Some(after)) => before.1 > after.1 || elsewhere && before.0 > after.0,
+                _ => share(k) > 0.0,
+            }
+        };
+        let says_nothing = |k: usize| several && !falls(k) && self.removed(k) <= CHANCE;
         judged.rev().find(|&k| uncertain(&self.settled.refined, k) || says_nothing(k))
     }
 
@@ -146,10 +155,15 @@ impl Conclusion<'_> {
         };
         let standing = self.regression.standing.len();
         let prefixes = standing..=self.settled.refined.effects.len();
-        let all: Vec<(f64, f64)> = match prefixes.clone().map(|n| self.corrected(n, &main)).collect() {
-            Some(all) => all,
-            None => prefixes.map(errors).collect(),
+        let alone: Vec<(f64, f64)> = prefixes.clone().map(errors).collect();
+        let beside: Option<Vec<(f64, f64)>> = prefixes.map(|n| self.corrected(n, &main)).collect();
+        // Corrections of all links mimic a mass that one of them carries: what it removes shows where nothing is corrected.
+        let removed = |all: &[(f64, f64)]| {
+            let [first, last] = [all.first(), all.last()].map(|ends| ends.map_or(0.0, |ends| ends.1.powi(2)));
+            (first - last) / alone[0].1.powi(2).max(f64::MIN_POSITIVE)
         };
+        let all =
+            beside.filter(|beside| removed(beside) + ELSEWHERE > removed(&alone)).unwrap_or(alone.clone());
         let nominal = all[0].1.powi(2).max(f64::MIN_POSITIVE);
         let judged = 0..self.settled.refined.effects.len() - standing;
         let share = |k: usize| {

@@ -33,6 +33,7 @@ mod sharp_friction;
 mod significance;
 mod smoother;
 mod text;
+mod told_apart;
 mod uncertainty;
 mod unexplained;
 mod unknowns;

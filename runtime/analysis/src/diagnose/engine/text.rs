@@ -1,6 +1,7 @@
 //! A diagnosis as sentences.
 use super::late::{later, reported_late};
 use super::run::AS_MANY;
+use super::told_apart::alike;
 use crate::diagnose::result::LEFT;
 use crate::diagnose::{Diagnosis, ErrorFall, FoundEffect, Scope, Seen, Unexplained};
 use crate::experiments::Channel;
@@ -327,28 +328,6 @@ fn sentence(found: &FoundEffect) -> String {
         let _ = write!(text, " Doubtful: {doubt}.");
     }
     text
-}
-
-/// Alternatives, and what would tell them apart.
-fn alike(group: &[Vec<FoundEffect>]) -> String {
-    let names: Vec<String> = group
-        .iter()
-        .map(|alternative| {
-            alternative.iter().map(|f| f.effect.to_string()).collect::<Vec<_>>().join(" with ")
-        })
-        .collect();
-    let mut text = format!("This data cannot tell apart: {}.", names.join("; or "));
-    if let (Some(first), Some(second)) =
-        (group.first().and_then(|a| a.first()), group.get(1).and_then(|a| a.first()))
-    {
-        let _ = write!(text, " To tell them apart: {}", experiment(&first.effect, &second.effect));
-    }
-    text
-}
-
-/// The motion that separates two effects, from either's words.
-pub(crate) fn experiment(a: &Effect, b: &Effect) -> &'static str {
-    a.kind.told_apart_by(b.kind).unwrap_or(a.kind.experiment)
 }
 
 #[cfg(test)]
