@@ -153,3 +153,51 @@ fn where_a_joint_rests_between_two_counts_is_no_effect() {
     let found = bipedc(&["diagnose", text(&folder), train, "--validate", judge, "--json"]).ok().json();
     lacks_nothing(&found);
 }
+
+/// An arm that lies on its upper stop with a wheel that turns at its end: the stop carries what the model needs of the shoulder's drive, which is off. Before: a
+/// bias and a coupling with the wheel.
+#[test]
+fn a_stop_that_carries_all_along_is_no_bias() {
+    let folder = scratch("on-its-stop");
+    let urdf = r#"<robot name="arm"><link name="bench"/>
+<link name="arm"><inertial><origin xyz="0.1 0 0"/><mass value="0.8"/>
+<inertia ixx="1e-4" ixy="0" ixz="0" iyy="3e-3" iyz="0" izz="3e-3"/></inertial></link>
+<link name="wheel"><inertial><mass value="0.5"/><inertia ixx="2e-3" ixy="0" ixz="0" iyy="4e-3" iyz="0" izz="2e-3"/></inertial></link>
+<joint name="shoulder" type="revolute"><parent link="bench"/><child link="arm"/><axis xyz="0 1 0"/>
+<limit lower="-1.5" upper="0" effort="20" velocity="20"/></joint>
+<joint name="axle" type="continuous"><parent link="arm"/><child link="wheel"/><origin xyz="0.25 0 0"/><axis xyz="0 1 0"/>
+<limit effort="20" velocity="60"/></joint></robot>"#;
+    std::fs::write(folder.join("robot.urdf"), urdf).unwrap();
+    std::fs::write(folder.join("biped.toml"), "[base]\nkind = \"fixed\"\n").unwrap();
+    let mut state = 7_u32;
+    let mut noise = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        0.004 * (f64::from(state >> 8) / f64::from(1 << 24) - 0.5)
+    };
+    let [train, judge] = [["train.csv", "1.0"], ["judge.csv", "0.8"]].map(|[name, rate]| {
+        let rate: f64 = rate.parse().unwrap();
+        let mut csv = "time,shoulder/position,shoulder/effort,axle/position,axle/effort\n".to_owned();
+        for sample in 0..5000 {
+            let time = 0.004 * f64::from(sample);
+            let parts = [(0.9, 3.1 * rate), (0.5, 5.3 * rate)];
+            let angle: f64 = parts.iter().map(|(size, w)| size * (w * time).sin()).sum();
+            let torque: f64 = parts.iter().map(|(size, w)| -4e-3 * size * w * w * (w * time).sin()).sum();
+            csv += &format!("{time:.3},0,{:.6},{angle:.7},{:.6}\n", noise(), torque + noise());
+        }
+        std::fs::write(folder.join(name), csv).unwrap();
+        folder.join(name)
+    });
+    let found =
+        bipedc(&["diagnose", text(&folder), text(&train), "--validate", text(&judge), "--json"]).ok().json();
+    lacks_nothing(&found);
+    assert!(
+        found["assumptions"].to_string().contains("`shoulder` is not compared: it lies at its stop"),
+        "{found}"
+    );
+    // On the other side of its stop it would fall: then something else holds it.
+    let held = urdf.replace("lower=\"-1.5\" upper=\"0\"", "lower=\"0\" upper=\"1.5\"");
+    std::fs::write(folder.join("robot.urdf"), held).unwrap();
+    let found =
+        bipedc(&["diagnose", text(&folder), text(&train), "--validate", text(&judge), "--json"]).ok().json();
+    assert!(found["effects"].as_array().is_some_and(|effects| !effects.is_empty()), "{found}");
+}

@@ -1,4 +1,5 @@
 //! Wrong use of logs is named before anything is searched for in them, and true effects are left alone.
+use crate::cli::{bipedc, text};
 use crate::experiments::support::measured::{Subjects, example};
 use bipedc_analysis::experiments::data_checks::inspect;
 use bipedc_analysis::experiments::{Experiment, MotionExperiment};
@@ -308,6 +309,31 @@ fn a_strong_spring_is_no_angle_that_counts_from_elsewhere() {
             .unwrap();
     let found = inspect(&experiment, None).training;
     assert!(found.iter().all(|finding| finding.severity != Severity::Error), "{found:?}");
+}
+
+/// A load on the last link of an arm, at a right angle to that link's own: the log was refused, though both explain it as well.
+#[test]
+fn what_may_be_a_load_or_a_zero_is_said_and_not_refused() {
+    let (_, folder) = crate::hidden_effects::drawn("arm_payload-1", 90210, "data_gate");
+    let [train, judge] = ["train.csv", "validation.csv"].map(|file| folder.join(file));
+    let run = [
+        "diagnose",
+        "examples/hidden_effects/robots/arm",
+        text(&train),
+        "--validate",
+        text(&judge),
+        "--json",
+    ];
+    let found = bipedc(&run).ok().json();
+    let [effect] = &found["effects"].as_array().unwrap()[..] else { panic!("{}", found["effects"]) };
+    assert_eq!([&effect["kind"], &effect["link"]], ["payload", "tool"]);
+    let warned = found["warnings"].to_string();
+    assert!(
+        warned.contains(
+            "`wrist_roll/position` counts from elsewhere, about -90 degrees off, or a body carries"
+        ),
+        "{warned}"
+    );
 }
 
 #[test]

@@ -103,6 +103,14 @@ impl Stops {
         if struck > 0 && (struck as f64) < MOST * flags.len() as f64 { flags } else { Vec::new() }
     }
 
+    /// The stop at which a joint lay all along, if it did: -1 for the lower one, which pushes upwards, 1 for the upper one.
+    pub(crate) fn always(&self, joint: usize) -> Option<f64> {
+        let of = self.joints.get(joint)?.as_ref()?;
+        let lies =
+            |side: &usize| !of.beyond[*side] && of.closest(*side) >= MOST * self.seen && self.seen > 0.0;
+        (0..2).find(lies).map(|side| if side == 0 { -1.0 } else { 1.0 })
+    }
+
     /// One sentence on all joints that lay at a stop; `None`: none did.
     pub(crate) fn words(&self, layout: &JointLayout) -> Option<String> {
         let of_joint = |(index, joint): (usize, &crate::robot::Joint)| {
@@ -163,12 +171,22 @@ impl OfJoint {
 
     /// First and last times at which it lay at one of its stops, for no more than `most` of all; s.
     fn times(&self, side: usize, most: f64) -> Vec<[f64; 2]> {
+        let near = joined(self.at[side].iter());
+        let found = if duration(&near) < most { near } else { self.at_outermost(side) };
+        if duration(&found) < most { found } else { Vec::new() }
+    }
+
+    /// First and last times at the outermost place that it takes.
+    fn at_outermost(&self, side: usize) -> Vec<[f64; 2]> {
         let at = &self.at[side];
         let outermost = at.iter().map(|stay| stay.ways[0]).fold(f64::INFINITY, f64::min);
         let closely = |stay: &&Stay| 0.5 * (stay.ways[0] + stay.ways[1]) - outermost <= 2.0 * self.reach;
-        let near = joined(at.iter());
-        let found = if duration(&near) < most { near } else { joined(at.iter().filter(closely)) };
-        if duration(&found) < most { found } else { Vec::new() }
+        joined(at.iter().filter(closely))
+    }
+
+    /// How long it was there, s.
+    fn closest(&self, side: usize) -> f64 {
+        duration(&self.at_outermost(side))
     }
 }
 
@@ -232,7 +250,9 @@ mod tests {
             assert!(!at_stop || !(1.15..1.75).contains(&phase), "{time}");
         }
         // Held at it all the time.
-        assert!(looked([0.0, 2.1], noise).times(0).is_empty());
+        let held = looked([0.0, 2.1], noise);
+        assert!(held.times(0).is_empty() && held.always(0) == Some(-1.0));
+        assert!(looked([-2.1, 0.0], noise).always(0) == Some(1.0) && found.always(0).is_none());
     }
 
     #[test]

@@ -119,7 +119,7 @@ impl JudgedError {
 /// No chance lowers what other data leave by so much deviance,
 pub(super) const NO_CHANCE: f64 = 30.0;
 /// and what stops and jumps of other joints leave in a row is less than so much of its noise's squares.
-const NO_TRACE: f64 = 0.1;
+pub(super) const NO_TRACE: f64 = 0.1;
 
 /// What effects and a change of inertial parameters leave of each judging row, away from jumps.
 pub(super) fn judged_errors(
@@ -140,9 +140,7 @@ pub(super) fn judged_errors(
         let add = |(sum, n): (f64, usize), x: f64| (sum + if crosses { x.abs() } else { x * x }, n + 1);
         let (squares, count) = told.fold((0.0, 0), add);
         let independent = count as f64 / regression.noise_floors[row].1;
-        // What the encoders' noise makes of the model's own torque goes with all that is computed from the same motion.
-        let of_motion = regression.judge.motion_noise(row).powi(2) * count as f64;
-        let is_noise = !crosses && squares <= regression.noise_squares_of(row, count) + of_motion;
+        let is_noise = !crosses && regression.is_noise(row, squares, count);
         JudgedError { squares, is_noise, independent }
     };
     rows.map(of_row).collect()

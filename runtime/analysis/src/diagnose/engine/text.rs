@@ -7,7 +7,6 @@ use crate::diagnose::{Diagnosis, ErrorFall, FoundEffect, Scope, Seen, Unexplaine
 use crate::experiments::Channel;
 use crate::log::names::list;
 use crate::number::counting;
-use bipedc_effects::effect::Effect;
 use std::fmt::Write as _;
 
 /// A number with four significant digits.
@@ -333,7 +332,7 @@ fn sentence(found: &FoundEffect) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bipedc_effects::effect::{Location, kinds};
+    use bipedc_effects::effect::{Effect, Location, kinds};
     use std::collections::BTreeMap;
 
     fn left(after: f64) -> Diagnosis {

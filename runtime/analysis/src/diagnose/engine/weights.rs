@@ -48,6 +48,13 @@ impl Regression<'_> {
         (NOISE_SQUARES + NOISE_SCATTER / count.max(1.0).sqrt()) * self.resolutions[row].powi(2) * count
     }
 
+    /// Whether so much is what the noise of measurement and motion leave of so many judging samples of a row. What the encoders' noise makes of the
+    /// model's own torque goes with all that is computed from the same motion.
+    pub fn is_noise(&self, row: usize, squares: f64, count: usize) -> bool {
+        let of_motion = self.judge.motion_noise(row).powi(2) * count as f64;
+        squares <= self.noise_squares_of(row, count) + of_motion
+    }
+
     fn weigh_by_noise_floors(&mut self) {
         self.weights =
             self.noise_floors.iter().map(|(variance, correlation)| 1.0 / (variance * correlation)).collect();

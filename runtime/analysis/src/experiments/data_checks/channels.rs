@@ -28,6 +28,8 @@ const COUNTS: [f64; 2] = [2.0, 4.0];
 const MILLIMETRES: f64 = 1e3;
 /// A mix-up is none if effects leave less than this part of what it leaves: one body with another mass and first moment, springs, friction.
 const EFFECTS: f64 = 0.5;
+/// A sign or a zero is doubtful if they leave less than so many times as much: of a last joint these are the same by algebra.
+const ALMOST: f64 = 1.25;
 /// Most mix-ups that are looked for in one log.
 const MOST: usize = 3;
 /// So many joints at least show what holds of all.
@@ -43,13 +45,20 @@ pub(super) fn check(evidence: &Evidence<'_>) -> Vec<Diagnostic> {
         found.push(error(evidence, mixup, &[]));
         view = view.under(evidence, mixup);
     }
+    let mut doubtful = Vec::new();
     for _ in 0..MOST {
         let left = view.unexplained();
         if left.iter().all(|part| *part < SUSPICIOUS) {
             break;
         }
         let mut ranked = tried(evidence, &view, &left);
+        ranked.retain(|(mixup, _)| !doubtful.contains(mixup));
         let Some((best, gain)) = ranked.pop() else { break };
+        if may_be_effects(evidence, &view, best) {
+            found.push(doubt(evidence, best));
+            doubtful.push(best);
+            continue;
+        }
         let mixup = refined(evidence, &view, best);
         let mut others: Vec<Mixup> = Vec::new();
         for (other, _) in ranked.iter().rev().filter(|(_, much)| *much > ALIKE * gain) {
@@ -176,6 +185,14 @@ fn are_effects(evidence: &Evidence<'_>, (view, joints): (&View, &[usize]), left:
     view.left_by_effects(evidence, joints) < EFFECTS * left
 }
 
+/// Whether they explain about as well what a sign or a zero would.
+fn may_be_effects(evidence: &Evidence<'_>, view: &View, mixup: Mixup) -> bool {
+    let (before, after) = (view.unexplained(), view.under(evidence, mixup).unexplained());
+    let concerned: Vec<usize> = (0..before.len()).filter(|&j| (before[j] - after[j]).abs() > 1e-6).collect();
+    let left = concerned.iter().map(|&joint| after[joint]).sum::<f64>();
+    mixup.is_of_sign_or_zero() && view.left_by_effects(evidence, &concerned) < ALMOST * left
+}
+
 fn suspicions(evidence: &Evidence<'_>, view: &View, left: &[f64]) -> Vec<Mixup> {
     let count = left.len();
     let mut list = Vec::new();
@@ -202,6 +219,16 @@ fn suspicions(evidence: &Evidence<'_>, view: &View, left: &[f64]) -> Vec<Mixup> 
         list.extend(both.map(|o| Mixup::JointsSwapped(o, joint)));
     }
     list
+}
+
+/// A mix-up that something carried looks like.
+fn doubt(evidence: &Evidence<'_>, mixup: Mixup) -> Diagnostic {
+    let (words, entry) = described(evidence, mixup);
+    let message = format!("{words}, or a body carries something or sits elsewhere: both explain the torques");
+    let help = format!(
+        "look whether the joint is where its encoder says; if not, give a mapping file with the line\n  {entry}"
+    );
+    Diagnostic::warning(message).help(help)
 }
 
 fn error(evidence: &Evidence<'_>, mixup: Mixup, others: &[Mixup]) -> Diagnostic {

@@ -51,6 +51,11 @@ pub(super) enum Mixup {
 }
 
 impl Mixup {
+    /// Whether it is about a sign or a zero, which something that a link carries looks like.
+    pub fn is_of_sign_or_zero(self) -> bool {
+        matches!(self, Self::PositionSign(_) | Self::EffortSign(_) | Self::Direction(_) | Self::Quarters(..))
+    }
+
     /// Whether both are about the scale of the same position, and of the same efforts.
     pub fn scales_as(self, other: Self) -> bool {
         let of = |mixup: Self| match mixup {

@@ -3,12 +3,17 @@ use crate::measure::recording::Recording;
 use crate::robot::link_inertias::LinkInertias;
 use crate::robot::{Joint, JointLayout};
 use bipedc_effects::effect::{Acts, Evidence, Kind, Location, Place, sought};
+use std::f64::consts::TAU;
 
 /// A joint whose speed (root mean square) is below this part of the fastest one's hardly moves: what it does goes with the load of
 /// others, it is no cause.
 const HARDLY: f64 = 0.02;
+/// So does one that is not faster than so many times what the encoder's noise makes of its speed: the steps of a joint that is held and yields.
+const TOLD: f64 = 2.0;
+/// Noise of accelerations is that of speeds times this part of the filter's circular frequency.
+const OF_CUTOFF: f64 = 0.7;
 
-/// Joints that move, each compared with the fastest of its sort.
+/// Joints that move, each compared with the fastest of its sort and with its noise.
 fn moving(layout: &JointLayout, recording: &Recording) -> Vec<bool> {
     let square = |joint: usize| recording.trajectory.velocities(joint).map(|v| v * v).sum::<f64>();
     let squares: Vec<f64> = (0..layout.joints.len()).map(square).collect();
@@ -16,8 +21,14 @@ fn moving(layout: &JointLayout, recording: &Recording) -> Vec<bool> {
         let same = layout.joints.iter().zip(&squares).filter(|(joint, _)| joint.prismatic == prismatic);
         same.map(|(_, square)| *square).fold(0.0, f64::max)
     };
-    let moves = |(joint, square): (&Joint, &f64)| *square > HARDLY.powi(2) * fastest(joint.prismatic);
-    layout.joints.iter().zip(&squares).map(moves).collect()
+    let frequency = OF_CUTOFF * TAU * recording.cutoff_hz;
+    let noise = |joint: usize| recording.acceleration_noise.get(joint).map_or(0.0, |noise| noise / frequency);
+    let samples = recording.trajectory.len() as f64;
+    let moves = |(index, joint): (usize, &Joint)| {
+        let square = squares[index];
+        square > HARDLY.powi(2) * fastest(joint.prismatic) && square > samples * (TOLD * noise(index)).powi(2)
+    };
+    layout.joints.iter().enumerate().map(moves).collect()
 }
 
 /// All candidates that the recording could show.
@@ -79,8 +90,12 @@ mod tests {
             trajectory,
             effort: vec![Some(vec![0.0; 100]); 3],
             transmission: vec![None; 3],
+            cutoff_hz: 10.0,
             ..Recording::default()
         };
+        // The knee's encoder is so coarse that its noise is 0.6 of its speed.
+        let noisy = Recording { acceleration_noise: vec![0.1, 20.0, 0.1], ..recording.clone() };
+        assert_eq!(moving(&layout, &noisy), [true, false, false]);
         let links = LinkInertias::default();
         let others: Vec<String> = candidates(&layout, &recording, &links, &[])
             .into_iter()

@@ -1,4 +1,4 @@
-//! Joints of which no position is logged: an effort that depends on their motion is held against no model.
+//! Efforts that are held against no model: those that depend on joints without a position, and of joints whose load their stops carry all along.
 use super::rigid::Rigid;
 use crate::measure::Missing;
 use crate::measure::recording::Recording;
@@ -29,10 +29,35 @@ pub(super) fn leave_out(
             }
         }
     }
+    let loads = torques(&recording.trajectory.batch()).unwrap_or_default();
+    for joint in 0..layout.joints.len() {
+        let load: Vec<f64> = recording.trajectory.of_joint(&loads, joint).collect();
+        if is_carried(recording, joint, &load) {
+            recording.effort[joint] = None;
+            let reason = "it lies at its stop all along, which carries its load and not its drive".to_owned();
+            recording.missing.push(Missing { name: layout.joints[joint].name.clone(), reason });
+        }
+    }
     if had_efforts && recording.effort.iter().all(Option::is_none) {
         return Err(nothing_left(&recording.missing));
     }
     Ok(())
+}
+
+/// A drive that makes less than this part of what its joint needs, root mean squares, leaves it to the stop,
+const LITTLE: f64 = 0.3;
+/// if that pushes the right way in this part of the samples at least.
+const MOSTLY: f64 = 0.95;
+
+/// Whether a joint lies at its stop all along and that carries what the model needs there, not the drive.
+fn is_carried(recording: &Recording, joint: usize, load: &[f64]) -> bool {
+    let (Some(side), Some(effort)) = (recording.stops.always(joint), &recording.effort[joint]) else {
+        return false;
+    };
+    let size = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
+    // What the stop makes: the lower one pushes upwards.
+    let pushes = load.iter().zip(effort).filter(|(load, effort)| side * (*load - *effort) < 0.0).count();
+    size(effort) < LITTLE * LITTLE * size(load) && pushes as f64 >= MOSTLY * load.len() as f64
 }
 
 /// Why the effort of joint `other` is left out, where nobody saw joint `moved`.
