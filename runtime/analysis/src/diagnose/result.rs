@@ -24,6 +24,9 @@ pub struct Diagnosis {
     /// Alternatives that this data cannot tell apart; each alternative is a list of effects, the first the one that
     /// stands in `effects`.
     pub indistinguishable: Vec<Vec<Vec<FoundEffect>>>,
+    /// Links that stand in `indistinguishable` and are bolted to each other, by body: no experiment tells what they carry apart.
+    #[serde(skip)]
+    pub bolted: Vec<Vec<String>>,
     /// Whether something structured is left that no kind of the library explains.
     pub unexplained: bool,
     /// Joints (or rows) in which it is left.

@@ -11,6 +11,7 @@ use super::unexplained::{unexplained, untaught};
 use crate::diagnose::{Diagnosis, FoundEffect, Rejected, Scope, Step};
 use crate::experiments::Experiment;
 use bipedc_effects::effect::Effect;
+use std::collections::BTreeMap;
 
 /// Effects with a smaller share of the main rows' error are there for other rows.
 const ELSEWHERE: f64 = 0.01;
@@ -105,6 +106,7 @@ impl Conclusion<'_> {
             );
         }
         diagnosis.indistinguishable = self.alternatives(&diagnosis.effects, &order);
+        diagnosis.bolted = bolted(train, &diagnosis.indistinguishable);
         let (final_train, final_judge) = (Amended::new(train, &all), Amended::new(judge, &all));
         if validation.is_some() {
             diagnosis.warnings.extend(untaught(&final_train, &final_judge, &self.regression.resolutions));
@@ -241,6 +243,19 @@ impl Conclusion<'_> {
         }
         list
     }
+}
+
+/// Links among these that are of one body, by body.
+fn bolted(train: &dyn Experiment, groups: &[Vec<Vec<FoundEffect>>]) -> Vec<Vec<String>> {
+    let mut bodies: BTreeMap<usize, Vec<String>> = BTreeMap::new();
+    for link in groups.iter().flatten().flatten().filter_map(|found| found.effect.location.link.as_ref()) {
+        let Some(known) = train.link_inertias().and_then(|links| links.link(link)) else { continue };
+        let of_body = bodies.entry(known.body).or_default();
+        if !of_body.contains(link) {
+            of_body.push(link.clone());
+        }
+    }
+    bodies.into_values().filter(|links| links.len() > 1).collect()
 }
 
 /// Joints (or rows) in which an effect makes more than the measurement's noise, and its own joint.

@@ -86,7 +86,7 @@ pub fn summary(d: &Diagnosis) -> String {
     let filter = d.judged_at_hz.map_or(String::new(), |hz| format!(", both behind a filter of {hz} Hz"));
     let _ = writeln!(out, "Held-out error {} → {} {unit}{filter}.", short(d.rms_before), short(d.rms_after));
     for group in &d.indistinguishable {
-        let _ = writeln!(out, "{}", alike(group));
+        let _ = writeln!(out, "{}", alike(group, &d.bolted));
     }
     if d.leaves_structure() {
         for part in &d.unexplained_parts {

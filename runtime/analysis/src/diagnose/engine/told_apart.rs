@@ -8,15 +8,26 @@ const EACH: usize = 3;
 /// with so many places.
 const PLACES: usize = 4;
 
-/// Alternatives, and what would tell them apart.
-pub(super) fn alike(group: &[Vec<FoundEffect>]) -> String {
+/// Alternatives, and what would tell them apart; `bolted`: links that are one body.
+pub(super) fn alike(group: &[Vec<FoundEffect>], bolted: &[Vec<String>]) -> String {
+    let is_one = |a: &FoundEffect, b: &FoundEffect| {
+        let links = [a, b].map(|found| found.effect.location.link.as_ref());
+        let [Some(one), Some(other)] = links else { return false };
+        a.effect.kind == b.effect.kind
+            && bolted.iter().any(|links| links.contains(one) && links.contains(other))
+    };
     let names: Vec<String> = group.iter().map(|alternative| named(alternative)).collect();
+    let Some(first) = group.first().and_then(|a| a.first()) else { return String::new() };
+    // The first of other kinds, or of another body.
+    let second = group[1..].iter().filter_map(|a| a.first()).find(|other| !is_one(first, other));
+    let Some(second) = second.filter(|_| group.len() > 1) else {
+        return format!(
+            "{}: these links are bolted to each other, so that it is one and the same.",
+            names.join(", or ")
+        );
+    };
     let mut text = format!("This data cannot tell apart: {}.", names.join("; or "));
-    if let (Some(first), Some(second)) =
-        (group.first().and_then(|a| a.first()), group.get(1).and_then(|a| a.first()))
-    {
-        let _ = write!(text, " To tell them apart: {}", experiment(&first.effect, &second.effect));
-    }
+    let _ = write!(text, " To tell them apart: {}", experiment(&first.effect, &second.effect));
     text
 }
 
@@ -53,6 +64,26 @@ mod tests {
     fn at(kind: &'static Kind, link: &str) -> FoundEffect {
         let effect = Effect::new(kind, Location::link(link), &[]);
         FoundEffect { effect, ci95: BTreeMap::new(), share: 0.5, doubts: Vec::new() }
+    }
+
+    #[test]
+    fn links_that_are_one_body_are_not_to_be_told_apart() {
+        let bolted = [vec!["torso".to_owned(), "logo".to_owned()]];
+        let told = |all: &[(&'static Kind, &str)]| {
+            let group: Vec<Vec<FoundEffect>> = all.iter().map(|(kind, link)| vec![at(kind, link)]).collect();
+            alike(&group, &bolted)
+        };
+        assert_eq!(
+            told(&[(&kinds::PAYLOAD, "torso"), (&kinds::PAYLOAD, "logo")]),
+            "Payload at torso, or Payload at logo: these links are bolted to each other, so that it is one and the same."
+        );
+        let others = [(&kinds::PAYLOAD, "torso"), (&kinds::PAYLOAD, "logo"), (&kinds::PAYLOAD, "arm")];
+        assert!(
+            told(&others).contains("cannot tell apart") && told(&others).contains("To tell them apart: ")
+        );
+        assert!(
+            told(&[(&kinds::PAYLOAD, "torso"), (&kinds::COM_OFFSET, "logo")]).contains("To tell them apart")
+        );
     }
 
     #[test]

@@ -8,7 +8,7 @@ pub(crate) const SHORT: f64 = 4.0;
 const RANGE: [f64; 2] = [0.02, 0.002];
 /// A joint that is always slower than this hardly moves; rad/s, m/s.
 const SPEED: [f64; 2] = [0.05, 0.005];
-/// A direction in which a joint moves for less than this part of the time is not seen.
+/// A direction in which a joint moves for less than this part of the time in which it moves is not seen.
 const ONE_WAY: f64 = 0.02;
 
 /// Whether all joints stay where they are.
@@ -81,16 +81,29 @@ fn motion(evidence: &Evidence<'_>, joint: usize, kind: usize) -> Excitation {
     if range(evidence, joint) < RANGE[kind] || fast < SPEED[kind] {
         return Excitation::Still;
     }
-    let moving = 0.1 * fast;
-    let part = |count: usize| count as f64 / v.len().max(1) as f64;
-    let forth = part(v.iter().filter(|v| **v > moving).count());
-    let back = part(v.iter().filter(|v| **v < -moving).count());
-    if forth.min(back) < ONE_WAY { Excitation::OneWay } else { Excitation::Enough }
+    if is_one_way(&v, 0.1 * fast) { Excitation::OneWay } else { Excitation::Enough }
+}
+
+/// Whether nearly all that is faster than `moving` goes one way, rests of whatever length left out.
+fn is_one_way(velocity: &[f64], moving: f64) -> bool {
+    let faster = |sign: f64| velocity.iter().filter(|v| sign * **v > moving).count() as f64;
+    let (forth, back) = (faster(1.0), faster(-1.0));
+    forth.min(back) < ONE_WAY * (forth + back)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::moving_one_way;
+    use super::{is_one_way, moving_one_way};
+
+    /// A joint that waits for the others moves for little of the log, and to and fro.
+    #[test]
+    fn rests_are_no_direction() {
+        let mut velocity = vec![0.0; 10_000];
+        velocity[300..420].fill(0.5);
+        assert!(is_one_way(&velocity, 0.05));
+        velocity[7000..7150].fill(-0.4);
+        assert!(!is_one_way(&velocity, 0.05));
+    }
 
     #[test]
     fn several_joints_move() {

@@ -61,7 +61,11 @@ pub(super) fn candidates(
             list.extend(at(Place::Joint).filter(between).map(|kind| (kind, Location::joint(&joint.name))));
         }
     }
-    for link in link_inertias.links.iter().filter(|l| l.mass > 0.0 && moved_links[l.body]) {
+    // Of links that are bolted to each other the heaviest first: where they tell the same, it is named.
+    let mut links: Vec<_> =
+        link_inertias.links.iter().filter(|l| l.mass > 0.0 && moved_links[l.body]).collect();
+    links.sort_by(|a, b| a.body.cmp(&b.body).then(b.mass.total_cmp(&a.mass)));
+    for link in links {
         list.extend(at(Place::Link).map(|kind| (kind, Location::link(&link.name))));
     }
     list.extend(at(Place::Robot).map(|kind| (kind, Location::default())));
