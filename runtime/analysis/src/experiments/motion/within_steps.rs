@@ -30,9 +30,9 @@ impl MotionExperiment<'_> {
                 *motions += mean_square(&pushed, joint) * (half * square).powi(2) / 3.0;
             }
         }
-        // Any place within a step is as likely: three standard deviations of all of them together.
+        // Any place within a step is as likely: three standard deviations of all of them together, and of motions that nobody sees.
         let of_joint =
-            |[most, squares, motions]: [f64; 3]| [most.min((3.0 * squares).sqrt()), motions.sqrt()];
+            |[most, squares, motions]: [f64; 3]| [most.min((3.0 * squares).sqrt()), 3.0 * motions.sqrt()];
         let rows = self.rows.iter().zip(&self.joint_of);
         rows.map(
             |(row, joint)| if row.channel == Channel::Effort { of_joint(sums[*joint]) } else { [0.0; 2] },
