@@ -1,7 +1,6 @@
 //! Whether a candidate may stand beside others: what it must lower, and what it must not be.
 use super::regression::{Regression, ScoredFit};
 use super::search::Outcome;
-use super::significance::NO_TRACE;
 use crate::experiments::Channel;
 use bipedc_effects::effect::{Acts, Kind, Law, Location};
 
@@ -191,12 +190,7 @@ pub(super) fn largest_fall(
     let candidate = &regression.candidates[c];
     let fall = |&r: &usize| {
         let relative = (before.errors[r] - after.errors[r]) / before.errors[r].max(f64::MIN_POSITIVE);
-        let least = least(regression, r, candidate.form.kind, play);
-        // Of noise an effect must remove more.
-        let of_motion = regression.judge.motion_noise(r) > 0.0;
-        let is_noise = || regression.is_noise(r, before.errors[r], regression.judge_sums.rows[r].count);
-        let needed = if of_motion && is_noise() { least.max(NO_TRACE) } else { least };
-        relative * LEAST / needed
+        relative * LEAST / least(regression, r, candidate.form.kind, play)
     };
     candidate.rows.iter().map(fall).fold(f64::NEG_INFINITY, f64::max)
 }

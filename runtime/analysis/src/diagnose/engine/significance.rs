@@ -119,7 +119,7 @@ impl JudgedError {
 /// No chance lowers what other data leave by so much deviance,
 pub(super) const NO_CHANCE: f64 = 30.0;
 /// and what stops and jumps of other joints leave in a row is less than so much of its noise's squares.
-pub(super) const NO_TRACE: f64 = 0.1;
+const NO_TRACE: f64 = 0.1;
 
 /// What effects and a change of inertial parameters leave of each judging row, away from jumps.
 pub(super) fn judged_errors(
