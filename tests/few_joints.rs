@@ -198,6 +198,14 @@ fn a_stop_that_carries_all_along_is_no_bias() {
         found["assumptions"].to_string().contains("`shoulder` is not compared: it lies at its stop"),
         "{found}"
     );
+    let compared = bipedc(&["compare", text(&folder), text(&judge), "--json"]).ok().json();
+    let names: Vec<&str> = compared["channels"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter_map(|channel| channel["name"].as_str())
+        .collect();
+    assert!(names == ["axle"] && compared["missing"].to_string().contains("at its stop"), "{compared}");
     // On the other side of its stop it would fall: then something else holds it.
     let held = urdf.replace("lower=\"-1.5\" upper=\"0\"", "lower=\"0\" upper=\"1.5\"");
     std::fs::write(folder.join("robot.urdf"), held).unwrap();

@@ -196,6 +196,7 @@ fn without_sticking(
 ) -> bool {
     let Ok(measured) = Measured::new(robot) else { return false };
     let Ok(experiment) = measured.efforts(log, reading, SAMPLES) else { return false };
+    comparison.leave_out(&experiment.recording().missing);
     comparison.without_sticking(&experiment);
     comparison.assumptions.extend(experiment.set_aside());
     experiment.has_sharp_signs()

@@ -151,6 +151,19 @@ impl Comparison {
         self.rms = main_kind(&self.kinds, self.abscissa).rms;
     }
 
+    /// Leaves efforts out that an experiment at the same cut-off holds against no model, with its reasons.
+    pub fn leave_out(&mut self, missing: &[Missing]) {
+        for joint in missing {
+            let before = self.channels.len();
+            self.channels.retain(|channel| channel.kind != "effort" || channel.name != joint.name);
+            if self.channels.len() < before {
+                self.missing.push(joint.clone());
+            }
+        }
+        self.kinds = by_kind(&self.channels);
+        self.rms = main_kind(&self.kinds, self.abscissa).rms;
+    }
+
     /// Whether a channel is the motor's angle of a joint whose torque is compared.
     fn has_joint_of(&self, told: &Channel) -> bool {
         let joint = told.name.strip_suffix("/motor_position").filter(|_| told.kind == TRANSMISSION);
