@@ -142,18 +142,17 @@ impl Row<'_> {
         let matters = squares(&moving) > TRACE * squares(self.judge.nominal(self.row));
         let noise = self.resolution.powi(2) * left.len() as f64;
         let size = squares(&moving) / noise.max(f64::MIN_POSITIVE);
-        // Nor is what encoders do not tell of the motion: their noise, and where within a step joints rest.
+        // Nor is where within a step of their encoders joints rest; and where nothing tells what goes with what, the encoders' noise.
         let [angles, motions] = self.judge.within_steps(self.row);
-        let unseen = self.judge.motion_noise(self.row).hypot(angles).hypot(motions);
-        let beyond = squares(&moving)
-            / left.len().max(1) as f64
-            / (self.resolution.powi(2) + unseen.powi(2)).max(f64::MIN_POSITIVE);
+        let resting = self.resolution.hypot(angles).hypot(motions);
+        let each = squares(&moving) / left.len().max(1) as f64;
+        let beyond = |noise: f64| each / noise.powi(2).max(f64::MIN_POSITIVE);
         let [a, b] = [self.train, self.judge].map(|of| smoother::signals(of, self.row));
         if a.is_empty() {
             return None;
         }
         let Some(smooth) = self.smooth_share((&a, &b), &judged) else {
-            return (matters && beyond > FEW.powi(2))
+            return (matters && beyond(resting.hypot(self.judge.motion_noise(self.row))) > FEW.powi(2))
                 .then(|| self.named(Seen::Size, 1.0 - 1.0 / size, Vec::new()));
         };
         let slow = slow_share(self.judge.time(), &moving);
@@ -161,7 +160,7 @@ impl Row<'_> {
             (true, _) if size > NOISE_MARGIN || (smooth > PLAIN && size > PLAIN_MARGIN) => {
                 (Seen::Motion, smooth)
             }
-            (_, true) if beyond > LOUD.powi(2) => (Seen::Slowness, slow),
+            (_, true) if beyond(resting) > LOUD.powi(2) => (Seen::Slowness, slow),
             _ => return None,
         };
         let is_constant = seen == Seen::Motion && constant_share(&moving, &judged) > MOSTLY * smooth;
