@@ -172,7 +172,10 @@ fn tried(evidence: &Evidence<'_>, view: &View, left: &[f64]) -> Vec<(Mixup, f64)
             let mut healed = concerned.iter().filter(heals).peekable();
             let healed = healed.peek().is_some() && healed.all(|&j| read.explains(j));
             let mixed_up = healed && after < LEFT * before;
-            (mixed_up && !are_effects(evidence, (view, &concerned), after)).then_some((mixup, before - after))
+            // A body of another mass would be as light as a unit is large.
+            let are_effects =
+                || mixup.is_of_sign_or_zero() && are_effects(evidence, (view, &concerned), after);
+            (mixed_up && !are_effects()).then_some((mixup, before - after))
         })
         .collect();
     good.sort_by(|a, b| a.1.total_cmp(&b.1));
