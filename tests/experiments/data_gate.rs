@@ -1,12 +1,10 @@
 //! Wrong use of logs is named before anything is searched for in them, and true effects are left alone.
-use crate::cli::{bipedc, text};
 use crate::experiments::support::measured::{Subjects, example};
 use bipedc_analysis::experiments::data_checks::inspect;
 use bipedc_analysis::experiments::{Experiment, MotionExperiment};
 use bipedc_analysis::log::Log;
 use bipedc_analysis::measure::{Options, Recording};
 use bipedc_effects::diagnostic::{Diagnostic, Severity};
-use bipedc_effects::effect::{Effect, Location, kinds};
 use std::sync::OnceLock;
 use tulip::Tulip;
 
@@ -28,17 +26,17 @@ fn read(name: &str, file: &str) -> Recording {
     recording
 }
 
-fn coulomb() -> Recording {
+pub(super) fn coulomb() -> Recording {
     static LOG: OnceLock<Recording> = OnceLock::new();
     LOG.get_or_init(|| read("coulomb", "train.csv.gz")).clone()
 }
 
-fn experiment(recording: Recording) -> MotionExperiment<'static> {
+pub(super) fn experiment(recording: Recording) -> MotionExperiment<'static> {
     let subjects = subjects();
     MotionExperiment::new(&Tulip, &subjects.layout, &subjects.link_inertias, recording, &[]).unwrap()
 }
 
-fn judge(recording: Recording) -> Vec<Diagnostic> {
+pub(super) fn judge(recording: Recording) -> Vec<Diagnostic> {
     let found = inspect(&experiment(recording), None).training;
     found.iter().for_each(|finding| println!("{finding}\n"));
     found
@@ -270,70 +268,6 @@ fn gains_and_strong_friction_are_no_mix_up() {
         let found = judge(log);
         assert!(found.iter().all(|d| d.message.contains("repeats its motion")), "{found:?}");
     }
-}
-
-/// It turns the load of a last joint about as an angle does that counts from elsewhere, and its mass stays what it is: where it came out a
-/// little less than nothing, the log was refused.
-#[test]
-fn a_foot_whose_mass_sits_elsewhere_is_no_angle_that_counts_from_elsewhere() {
-    for (side, y, z) in [("left", 0.07, 0.0), ("left", -0.07, 0.0), ("right", -0.045, 0.078)] {
-        let offset = Effect::new(
-            &kinds::COM_OFFSET,
-            Location::link(format!("{side}_foot")),
-            &[("x", 0.0), ("y", y), ("z", z)],
-        );
-        let mut log = coulomb();
-        let plain = experiment(log.clone());
-        for (row, added) in plain.response(std::slice::from_ref(&offset)) {
-            let joint = plain.joints().iter().position(|name| plain.rows()[row].name.starts_with(*name));
-            let effort = log.effort[joint.unwrap()].as_mut().unwrap();
-            effort.iter_mut().zip(added).for_each(|(u, more)| *u += more);
-        }
-        let found = judge(log);
-        assert!(found.iter().all(|finding| finding.severity != Severity::Error), "{offset}: {found:?}");
-    }
-}
-
-/// A knee's spring carries all but gravity, and other angles of the thigh would turn its load as much: what a hip that is wrong by a quarter of a
-/// turn leaves, the spring explains. The log was refused.
-#[test]
-fn a_strong_spring_is_no_angle_that_counts_from_elsewhere() {
-    let (_, folder) = crate::hidden_effects::drawn("parallel_spring-2", 4711, "data_gate");
-    let robot = Subjects::named("five_link");
-    let options = Options { cutoff_hz: Some(16.0), ..Options::default() };
-    let log = Log::open(folder.join("validation.csv")).unwrap();
-    let mut recording = Recording::read(&log, &robot.layout, &options).unwrap();
-    recording.thin(4000);
-    let experiment =
-        MotionExperiment::new(&five_link::FiveLink, &robot.layout, &robot.link_inertias, recording, &[])
-            .unwrap();
-    let found = inspect(&experiment, None).training;
-    assert!(found.iter().all(|finding| finding.severity != Severity::Error), "{found:?}");
-}
-
-/// A load on the last link of an arm, at a right angle to that link's own: the log was refused, though both explain it as well.
-#[test]
-fn what_may_be_a_load_or_a_zero_is_said_and_not_refused() {
-    let (_, folder) = crate::hidden_effects::drawn("arm_payload-1", 90210, "data_gate");
-    let [train, judge] = ["train.csv", "validation.csv"].map(|file| folder.join(file));
-    let run = [
-        "diagnose",
-        "examples/hidden_effects/robots/arm",
-        text(&train),
-        "--validate",
-        text(&judge),
-        "--json",
-    ];
-    let found = bipedc(&run).ok().json();
-    let [effect] = &found["effects"].as_array().unwrap()[..] else { panic!("{}", found["effects"]) };
-    assert_eq!([&effect["kind"], &effect["link"]], ["payload", "tool"]);
-    let warned = found["warnings"].to_string();
-    assert!(
-        warned.contains(
-            "`wrist_roll/position` counts from elsewhere, about -90 degrees off, or a body carries"
-        ),
-        "{warned}"
-    );
 }
 
 #[test]

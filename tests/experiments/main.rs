@@ -6,4 +6,5 @@ mod contact_log;
 mod data_gate;
 mod icub_walking;
 mod impacts;
+mod no_mix_ups;
 mod postures;
