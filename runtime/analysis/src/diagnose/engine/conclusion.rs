@@ -159,13 +159,15 @@ impl Conclusion<'_> {
         let prefixes = standing..=self.settled.refined.effects.len();
         let alone: Vec<(f64, f64)> = prefixes.clone().map(errors).collect();
         let beside: Option<Vec<(f64, f64)>> = prefixes.map(|n| self.corrected(n, &main)).collect();
-        // Corrections of all links mimic a mass that one of them carries: what it removes shows where nothing is corrected.
+        // Corrections of all links mimic a mass that one of them carries: what it removes shows where nothing is corrected. Inertias that are
+        // free are none of the description's, and nothing shows without them.
         let removed = |all: &[(f64, f64)]| {
             let [first, last] = [all.first(), all.last()].map(|ends| ends.map_or(0.0, |ends| ends.1.powi(2)));
-            (first - last) / alone[0].1.powi(2).max(f64::MIN_POSITIVE)
+            1.0 - last / first.max(f64::MIN_POSITIVE)
         };
-        let all =
-            beside.filter(|beside| removed(beside) + ELSEWHERE > removed(&alone)).unwrap_or(alone.clone());
+        let tells =
+            |beside: &Vec<(f64, f64)>| self.regression.free || removed(beside) + ELSEWHERE > removed(&alone);
+        let all = beside.filter(tells).unwrap_or(alone.clone());
         let nominal = all[0].1.powi(2).max(f64::MIN_POSITIVE);
         let judged = 0..self.settled.refined.effects.len() - standing;
         let share = |k: usize| {
