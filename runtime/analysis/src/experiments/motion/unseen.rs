@@ -29,8 +29,10 @@ pub(super) fn leave_out(
             }
         }
     }
-    let loads = torques(&recording.trajectory.batch()).unwrap_or_default();
-    for joint in 0..layout.joints.len() {
+    let held: Vec<usize> =
+        (0..layout.joints.len()).filter(|joint| recording.stops.always(*joint).is_some()).collect();
+    let Ok(loads) = if held.is_empty() { Ok(Vec::new()) } else { torques(&recording.trajectory.batch()) };
+    for joint in held {
         let load: Vec<f64> = recording.trajectory.of_joint(&loads, joint).collect();
         if is_carried(recording, joint, &load) {
             recording.effort[joint] = None;
