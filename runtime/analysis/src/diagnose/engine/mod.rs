@@ -29,6 +29,7 @@ mod resolution;
 mod rival;
 mod run;
 mod search;
+mod sentence;
 mod sharp_friction;
 mod significance;
 mod smoother;

@@ -11,7 +11,9 @@ const OWN: f64 = 2e-3;
 const OF_COMPONENTS: f64 = 2e-3;
 /// The same among joints, each of which has a drive of its own size.
 const OF_JOINTS: f64 = 2e-4;
-/// And where the ground's forces, which make most of the joints' torques then, are measured by sensors of their own.
+/// But no more than this part of its own signal: fingers are no worse known for the arm that carries them.
+const OF_FINGERS: f64 = 0.05;
+/// The same where the ground's forces, which make most of the joints' torques then, are measured by sensors of their own.
 const OF_JOINTS_ON_GROUND: f64 = 2e-3;
 /// All of these so many times as large beside impacts at which the motion is cut, because filters know one side only there (simulated walks
 /// of a five-link and a seven-link robot: 0.3 to 2 % of a joint's torque were wrong).
@@ -38,11 +40,11 @@ pub(super) fn resolutions(experiment: &dyn Experiment) -> Vec<f64> {
     let times = (1.0 + (BESIDE_IMPACTS * BESIDE_IMPACTS - 1.0) * experiment.beside_impacts()).sqrt();
     let resolution = |row: usize| {
         let of_largest = match (rows[row].channel, on_ground) {
-            (Channel::Effort, true) => OF_JOINTS_ON_GROUND,
-            (Channel::Effort, false) => OF_JOINTS,
-            _ => OF_COMPONENTS,
+            (Channel::Effort, true) => OF_JOINTS_ON_GROUND * largest(row),
+            (Channel::Effort, false) => (OF_JOINTS * largest(row)).min(OF_FINGERS * sizes[row]),
+            _ => OF_COMPONENTS * largest(row),
         };
-        rows[row].noise.max(times * (OWN * sizes[row]).max(of_largest * largest(row)))
+        rows[row].noise.max(times * (OWN * sizes[row]).max(of_largest))
     };
     (0..rows.len()).map(resolution).collect()
 }

@@ -1,16 +1,17 @@
 //! A diagnosis as sentences.
 use super::late::{later, reported_late};
 use super::run::AS_MANY;
+use super::sentence::sentence;
 use super::told_apart::alike;
 use crate::diagnose::result::LEFT;
-use crate::diagnose::{Diagnosis, ErrorFall, FoundEffect, Scope, Seen, Unexplained};
+use crate::diagnose::{Diagnosis, ErrorFall, Scope, Seen, Unexplained};
 use crate::experiments::Channel;
 use crate::log::names::list;
 use crate::number::counting;
 use std::fmt::Write as _;
 
 /// A number with four significant digits.
-fn short(x: f64) -> String {
+pub(super) fn short(x: f64) -> String {
     counting(x, 4)
 }
 
@@ -70,7 +71,7 @@ pub fn summary(d: &Diagnosis) -> String {
     }
     let mut out = another_robot(d).unwrap_or_default() + &described(d);
     for found in &d.effects {
-        let _ = writeln!(out, "{}", sentence(found));
+        let _ = writeln!(out, "{}", sentence(d, found));
     }
     out.push_str(&reported_late(d));
     out.push_str(&opposed(d));
@@ -294,44 +295,10 @@ fn looked_at(d: &Diagnosis) -> String {
     short_s.as_ref().map_or(kinds.clone(), little)
 }
 
-/// One effect: what, where, how large, how sure.
-fn sentence(found: &FoundEffect) -> String {
-    let effect = &found.effect;
-    let values: Vec<String> = found
-        .ci95
-        .iter()
-        .filter(|(name, [low, high])| (high - low).is_finite() || effect.value(name) != 0.0)
-        .map(|(name, [low, high])| {
-            let value = format!("{name} {} {}", short(effect.value(name)), effect.unit(name));
-            let value = value.trim_end_matches(" 1").to_owned();
-            match (high - low).is_finite() {
-                true => format!("{value} (95 %: {} to {})", short(*low), short(*high)),
-                false => value,
-            }
-        })
-        .collect();
-    let symptom = effect.kind.symptom;
-    // Of a small joint beside large ones.
-    let share = if (0.0..0.005).contains(&found.share) {
-        "less than 1 %".to_owned()
-    } else {
-        format!("{:.0} %", 100.0 * found.share)
-    };
-    let mut text = format!(
-        "{}: {share} of the squared error is {}, {}; the residual {symptom}.",
-        effect.location,
-        effect.kind.title,
-        values.join(", ")
-    );
-    for doubt in &found.doubts {
-        let _ = write!(text, " Doubtful: {doubt}.");
-    }
-    text
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnose::FoundEffect;
     use bipedc_effects::effect::{Effect, Location, kinds};
     use std::collections::BTreeMap;
 

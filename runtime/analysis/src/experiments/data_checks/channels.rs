@@ -1,7 +1,7 @@
 //! Signs, units and columns that are mixed up: the log is read again under each suspicion, and the one under which
 //! the model explains the torques is named.
 use super::hypothesis::{Mixup, View};
-use super::{Evidence, list};
+use super::{Evidence, list, standing};
 use bipedc_effects::diagnostic::Diagnostic;
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -41,7 +41,12 @@ const FOREIGN: f64 = 0.5;
 pub(super) fn check(evidence: &Evidence<'_>) -> Vec<Diagnostic> {
     let mut view = View::new(evidence);
     let mut found = Vec::new();
-    if let Some(mixup) = whole(evidence, &view) {
+    let whole = whole(evidence, &view);
+    // Whatever else the torques of a robot that stands look like comes from that.
+    if let Some(stands) = whole.is_none().then(|| standing::check(evidence, &view)).flatten() {
+        return vec![stands];
+    }
+    if let Some(mixup) = whole {
         found.push(error(evidence, mixup, &[]));
         view = view.under(evidence, mixup);
     }

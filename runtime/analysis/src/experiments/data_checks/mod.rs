@@ -7,10 +7,12 @@ mod channels;
 mod excitation;
 mod hypothesis;
 mod signals;
+mod standing;
 
 use crate::experiments::Experiment;
 use crate::measure::Recording;
 use crate::robot::Trajectory;
+use crate::robot::link_inertias::LinkInertias;
 use bipedc_effects::diagnostic::Diagnostic;
 pub(crate) use excitation::SHORT;
 pub(super) use excitation::short;
@@ -30,6 +32,7 @@ pub(super) struct Evidence<'a> {
     pub torques: &'a Torques<'a>,
     /// Torques of a unit of mass and of first moment of each body, `states × bodies × 4 × nv`.
     pub moments: &'a Torques<'a>,
+    pub links: &'a LinkInertias,
 }
 
 impl Evidence<'_> {

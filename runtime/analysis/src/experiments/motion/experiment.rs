@@ -435,6 +435,7 @@ impl Experiment for MotionExperiment<'_> {
             recording: &self.recording,
             torques: &torques,
             moments: &|states: &Trajectory| self.rigid.moments(states),
+            links: self.link_inertias,
         })
     }
     fn duration(&self) -> Option<f64> {
