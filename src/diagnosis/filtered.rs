@@ -32,6 +32,8 @@ pub(super) struct Request<'a> {
     pub passed_over: Option<Log>,
     pub options: &'a Options,
     pub search: diagnose::Options,
+    /// Some of the first answer only raised errors: this search does without it.
+    pub does_without: bool,
     pub progress: &'a dyn Progress,
 }
 

@@ -2,6 +2,7 @@
 use super::behind::{look_behind, slower_where_safe};
 use super::filtered::{Filtered, Request, Work, filtered, second_look};
 use super::judged::{best_filter, of_all_samples, quietest};
+use super::raised::{Raised, is_no_worse};
 use super::stated::state;
 use super::{Diagnosed, Options};
 use crate::measurements::currents::{self, Prepared};
@@ -72,7 +73,7 @@ impl<'a> Request<'a> {
         (search, progress): (diagnose::Options, &'a dyn Progress),
     ) -> Self {
         let (log, validate) = (prepared.logs[0].clone(), prepared.logs.get(1).cloned());
-        Self { robot, log, validate, passed_over: None, options, search, progress }
+        Self { robot, log, validate, passed_over: None, options, search, does_without: false, progress }
     }
 }
 
@@ -134,7 +135,17 @@ pub fn estimate(
     Ok(with_notes(answer(&request, &work)?, &prepared))
 }
 
+/// The answer to a request, without what of it only raises errors behind the filter at which it is told.
 fn answer(request: &Request<'_>, work: Work<'_>) -> Result<Diagnosed, Diagnostics> {
+    let (first, raised) = first_answer(request, work)?;
+    let Some(raised) = raised else { return Ok(first) };
+    let search = raised.without(&request.search);
+    let (second, _) = first_answer(&Request { search, does_without: true, ..request.clone() }, work)?;
+    Ok(if is_no_worse(&second.diagnosis, &first.diagnosis) { second } else { first })
+}
+
+/// An answer, and what of it only raises errors, if the search does not do without that already.
+fn first_answer(request: &Request<'_>, work: Work<'_>) -> Result<(Diagnosed, Option<Raised>), Diagnostics> {
     let Request { robot, options, progress, .. } = request;
     for log in [Some(&request.log), request.validate.as_ref()].into_iter().flatten() {
         measure::has_filter(log, &options.reading)?;
@@ -167,6 +178,8 @@ fn answer(request: &Request<'_>, work: Work<'_>) -> Result<Diagnosed, Diagnostic
     if !compared {
         state(&mut answer, &*train.experiment, logs.judging());
     }
+    let told_at = answer.judged_at_hz.filter(|_| !request.does_without);
+    let raised = told_at.and_then(|cutoff| Raised::by(&measured, request, &answer, cutoff));
     look_behind(&measured, request, reading, &mut answer);
     let jumps = at_jumps(&answer);
     answer.assumptions.extend(jumps);
@@ -180,7 +193,7 @@ fn answer(request: &Request<'_>, work: Work<'_>) -> Result<Diagnosed, Diagnostic
     if let Some(page) = &mut report {
         page.warnings.extend(warned.iter().map(Diagnostic::advised));
     }
-    Ok(Diagnosed { diagnosis: answer, warnings: warned, report })
+    Ok((Diagnosed { diagnosis: answer, warnings: warned, report }, raised))
 }
 
 /// Rows that are above their noise only where something jumps, and how much is left away from there.

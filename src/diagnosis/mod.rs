@@ -4,6 +4,7 @@ mod filtered;
 mod from_logs;
 mod judged;
 mod options;
+mod raised;
 mod stated;
 mod text;
 

@@ -64,9 +64,8 @@ impl Default for Options {
 impl Options {
     /// In the words of the search.
     pub(super) fn search(&self) -> diagnose::Options {
-        let nothing = CadError { mass: 0.0, center: 0.0, inertia: 0.0 };
         diagnose::Options {
-            cad: if self.inertial == Inertial::Known { nothing } else { CadError::default() },
+            cad: if self.inertial == Inertial::Known { CadError::NONE } else { CadError::default() },
             widening: if self.inertial == Inertial::Free { 50.0 } else { 1.0 },
             most: self.most,
             standing: Vec::new(),

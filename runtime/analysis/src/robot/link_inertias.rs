@@ -45,6 +45,11 @@ pub struct CadError {
     pub inertia: f64,
 }
 
+impl CadError {
+    /// Everything is as described.
+    pub const NONE: Self = Self { mass: 0.0, center: 0.0, inertia: 0.0 };
+}
+
 impl Default for CadError {
     fn default() -> Self {
         Self { mass: 0.02, center: 0.02, inertia: 0.04 }

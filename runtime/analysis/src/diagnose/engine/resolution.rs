@@ -12,7 +12,7 @@ const OF_COMPONENTS: f64 = 2e-3;
 /// The same among joints, each of which has a drive of its own size.
 const OF_JOINTS: f64 = 2e-4;
 /// But no more than this part of its own signal: fingers are no worse known for the arm that carries them.
-const OF_FINGERS: f64 = 0.05;
+const OF_FINGERS: f64 = 0.01;
 /// The same where the ground's forces, which make most of the joints' torques then, are measured by sensors of their own.
 const OF_JOINTS_ON_GROUND: f64 = 2e-3;
 /// All of these so many times as large beside impacts at which the motion is cut, because filters know one side only there (simulated walks

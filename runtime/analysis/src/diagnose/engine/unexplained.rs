@@ -140,20 +140,20 @@ impl Row<'_> {
         // What is left of an effect that was hundreds of times larger is the inaccuracy of its form.
         let squares = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
         let matters = squares(&moving) > TRACE * squares(self.judge.nominal(self.row));
-        let noise = self.resolution.powi(2) * left.len() as f64;
-        let size = squares(&moving) / noise.max(f64::MIN_POSITIVE);
+        let each = squares(&moving) / left.len().max(1) as f64;
+        let beyond = |noise: f64| each / noise.powi(2).max(f64::MIN_POSITIVE);
+        // What the encoders' noise makes of the model's torque goes with the motion that they tell.
+        let size = beyond(self.resolution.hypot(self.judge.motion_noise(self.row)));
         // Nor is where within a step of their encoders joints rest; and where nothing tells what goes with what, the encoders' noise.
         let [angles, motions] = self.judge.within_steps(self.row);
         let resting = self.resolution.hypot(angles).hypot(motions);
-        let each = squares(&moving) / left.len().max(1) as f64;
-        let beyond = |noise: f64| each / noise.powi(2).max(f64::MIN_POSITIVE);
         let [a, b] = [self.train, self.judge].map(|of| smoother::signals(of, self.row));
         if a.is_empty() {
             return None;
         }
         let Some(smooth) = self.smooth_share((&a, &b), &judged) else {
             return (matters && beyond(resting.hypot(self.judge.motion_noise(self.row))) > FEW.powi(2))
-                .then(|| self.named(Seen::Size, 1.0 - 1.0 / size, Vec::new()));
+                .then(|| self.named(Seen::Size, 1.0 - 1.0 / beyond(self.resolution), Vec::new()));
         };
         let slow = slow_share(self.judge.time(), &moving);
         let (seen, share) = match (smooth > UNEXPLAINED, slow > SLOW) {
