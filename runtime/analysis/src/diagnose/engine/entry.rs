@@ -1,6 +1,7 @@
 //! Whether a candidate may stand beside others: what it must lower, and what it must not be.
 use super::regression::{Regression, ScoredFit};
 use super::search::Outcome;
+use super::significance::NO_CHANCE;
 use crate::experiments::Channel;
 use bipedc_effects::effect::{Acts, Kind, Law, Location};
 
@@ -196,7 +197,7 @@ pub(super) fn largest_fall(
 }
 
 /// Whether the fall of error is next to nothing beside the errors that there were without any effect: unless it is most of what is left
-/// above the noise, for what forms leave does not go with another effect so closely.
+/// above the noise, for what forms leave does not go with another effect so closely; or corrections made up for the effect that no description needs.
 pub(super) fn is_trace(
     regression: &Regression<'_>,
     rows: &[usize],
@@ -209,5 +210,6 @@ pub(super) fn is_trace(
         left > HEARD * regression.noise_squares[r] && above(after, r) < (1.0 - CLEARS) * left
     };
     let trace = |r: usize| TRACE * regression.reference[r];
-    rows.iter().all(|&r| before.errors[r] - after.errors[r] <= trace(r) && !clears(r))
+    let unburdens = before.fit.prior - after.fit.prior > NO_CHANCE;
+    !unburdens && rows.iter().all(|&r| before.errors[r] - after.errors[r] <= trace(r) && !clears(r))
 }

@@ -18,6 +18,7 @@ mod exchange;
 mod fit;
 mod friction_first;
 mod impossible;
+mod in_parts;
 mod late;
 mod linearised;
 mod noise_floor;

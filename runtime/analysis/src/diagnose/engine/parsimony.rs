@@ -1,5 +1,6 @@
 //! Parsimony: of explanations that are as good, the simplest.
 use super::entry::{consider, excluded};
+use super::in_parts::in_parts;
 use super::regression::{Regression, ScoredFit};
 use super::search::Outcome;
 use crate::parallel::parallel;
@@ -9,7 +10,9 @@ pub(super) const ALIKE: f64 = 0.01;
 /// They are as well if blocks of the judging data disagree about which is better, up to this part.
 pub(super) const SCATTER: f64 = 0.05;
 /// The same for an effect with fewer parameters to stand in another one's place.
-const AS_GOOD: f64 = 0.001;
+pub(super) const AS_GOOD: f64 = 0.001;
+/// No more deviance than that is chance.
+pub(super) const CHANCE: f64 = 4.0;
 /// No row's held-out squared error may grow by more than this part of it then: of an effect that removed a thousand times what noise leaves, a
 /// hundredth is more than noise.
 const GROWTH: f64 = 0.03;
@@ -33,6 +36,7 @@ pub(super) fn rows_within(
 /// Of explanations that are as good, the one with fewer effects, and on the likelier link.
 pub(super) fn simplify(regression: &Regression<'_>, outcome: &mut Outcome) {
     with_fewer_parameters(regression, outcome);
+    in_parts(regression, outcome);
     merge(regression, outcome);
     likeliest_links(regression, outcome);
 }
@@ -45,7 +49,7 @@ fn with_fewer_parameters(regression: &Regression<'_>, outcome: &mut Outcome) {
         replace(regression, outcome, k, &|(c, _, other), more, removed| {
             // What bodies do is known as it is: of them no part of what they remove is a form's inaccuracy.
             let exact = regression.is_of_link(mine) && regression.is_of_link(*c);
-            more <= 4.0 || (!exact && more <= AS_GOOD * removed && rows_alike(regression, &here, other))
+            more <= CHANCE || (!exact && more <= AS_GOOD * removed && rows_alike(regression, &here, other))
         });
     }
 }
@@ -64,7 +68,7 @@ pub(super) fn put_simpler(
     replace(regression, outcome, k, &|(c, set, other), more, removed| {
         let chance = || regression.scatter(&scored, &active, other, set);
         regression.candidates[*c].form.location == here
-            && (more <= 4.0
+            && (more <= CHANCE
                 || (more <= ALIKE * removed && rows_alike(regression, &scored, other))
                 || (more <= SCATTER * removed && (says_no_more || more <= chance())))
     })
@@ -157,7 +161,7 @@ fn merged(
         let set = [bare.as_slice(), &[c]].concat();
         let scored = regression.scored_fit(&set, outcome.corrected)?;
         let more = deviance(&scored, &set) - apart;
-        let as_well = form.kind.is_sum_of(first.kind, second.kind) && more <= (ALIKE * removed).max(4.0);
+        let as_well = form.kind.is_sum_of(first.kind, second.kind) && more <= (ALIKE * removed).max(CHANCE);
         let stands =
             (as_well || scored.cost < outcome.scored.cost) && regression.impossible(&set, &scored).is_none();
         stands.then_some((set, scored))
@@ -190,7 +194,8 @@ fn likeliest_links(regression: &Regression<'_>, outcome: &mut Outcome) {
             let Some(scored) = regression.scored_fit(&set, outcome.corrected) else { continue };
             let whole = |active: &[usize], t: &ScoredFit| regression.whole_cost(active, t);
             let more = (scored.cost - here.cost).max(whole(&set, &scored) - whole(&outcome.active, &here));
-            let as_well = more <= 4.0 || (more <= ALIKE * removed && rows_alike(regression, &here, &scored));
+            let as_well =
+                more <= CHANCE || (more <= ALIKE * removed && rows_alike(regression, &here, &scored));
             if as_well && regression.impossible(&set, &scored).is_none() {
                 (outcome.active, outcome.scored, mass) = (set, scored, other);
             }
