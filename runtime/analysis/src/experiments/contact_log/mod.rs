@@ -52,7 +52,7 @@ mod standing;
 mod stretches;
 mod strikes;
 mod through_legs;
-mod vertical_moment;
+mod unlogged;
 mod walking;
 
 pub use crate::measure::CUTOFF_HZ;

@@ -4,7 +4,7 @@ use super::effects::Change;
 use super::foot::SIGNALS;
 use super::forces::mapped;
 use super::rows::NOISE_SAMPLES;
-use super::vertical_moment::Elimination;
+use super::unlogged::Elimination;
 use crate::robot::feet::Sole;
 use nalgebra::Vector3;
 

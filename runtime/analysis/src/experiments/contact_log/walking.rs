@@ -2,10 +2,10 @@
 //!
 //! A joint's row is the logged effort minus `(D q̈ + H − Jᵀ w)`: inverse dynamics under the forces that the feet report.
 //! Effort, motion and forces passed the same zero-phase filter, and all rows pass it once more. A moment about the
-//! vertical that a foot does not log is eliminated: see `vertical_moment`.
+//! vertical that a foot does not log is eliminated: see `unlogged`.
 use super::effects::spares_contact;
 use super::rows::{CLEARLY, misfit};
-use super::vertical_moment::Elimination;
+use super::unlogged::Elimination;
 use super::{ContactExperiment, ContactRecording};
 use crate::experiments::memo::Memo;
 use crate::experiments::motion::{Hidden, OnGround};
@@ -86,7 +86,7 @@ impl<'a> WalkingExperiment<'a> {
         let robot = base.robot;
         let nominal = base.change(&[]);
         let mut motion = base.recording.joint_motion();
-        let (elimination, missing) = base.vertical_moments(&mut motion);
+        let (elimination, missing) = base.unlogged(&mut motion);
         let ground = base.ground_forces(&nominal);
         let ground_values = ground.len();
         // The effects on masses are in the joints' rows as in those of the base.
