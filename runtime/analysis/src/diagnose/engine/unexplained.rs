@@ -22,6 +22,8 @@ const TRACE: f64 = 2e-4;
 const MOSTLY: f64 = 0.8;
 /// So many times the noise of the measurement, what varies slowly is no noise of a narrow filter.
 const LOUD: f64 = 1.8;
+/// Noise of motion may be so many times what it is taken for: that of a joint which is held depends on where between two steps of its encoder it is.
+const UNSURE: f64 = 1.3;
 /// So many times the noise is no noise, where the rows are too few to see what goes with what.
 const FEW: f64 = 3.0;
 /// So many times what is left of the judging log is of something that it does not know.
@@ -143,7 +145,7 @@ impl Row<'_> {
         let each = squares(&moving) / left.len().max(1) as f64;
         let beyond = |noise: f64| each / noise.powi(2).max(f64::MIN_POSITIVE);
         // What the encoders' noise makes of the model's torque goes with the motion that they tell.
-        let size = beyond(self.resolution.hypot(self.judge.motion_noise(self.row)));
+        let size = beyond(self.resolution.hypot(UNSURE * self.judge.motion_noise(self.row)));
         // Nor is where within a step of their encoders joints rest; and where nothing tells what goes with what, the encoders' noise.
         let [angles, motions] = self.judge.within_steps(self.row);
         let resting = self.resolution.hypot(angles).hypot(motions);
