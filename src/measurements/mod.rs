@@ -45,6 +45,8 @@ pub struct Measured {
     /// Effects that the description has already.
     pub present: Vec<Effect>,
     torques: ProgramTorques,
+    /// Whether the description says that something holds its base.
+    is_held: bool,
     /// Whether logs with foot forces show the joints' efforts too, beside the rows of the base.
     pub with_joints: bool,
     /// Logs that were read.
@@ -78,7 +80,8 @@ impl Measured {
     pub fn new(robot: &Described) -> Result<Self, Diagnostics> {
         let present = robot.description.effects.clone();
         let mut rigid = robot.clone().without_effects();
-        if rigid.tree()?.base == BaseKind::Fixed {
+        let is_held = rigid.tree()?.base == BaseKind::Fixed;
+        if is_held {
             rigid = rigid.with_base("floating", None)?;
         }
         let tree = rigid.tree()?;
@@ -94,6 +97,7 @@ impl Measured {
             model: ProgramModel::new(compiled),
             present,
             torques,
+            is_held,
             with_joints: false,
             recordings: Recordings::default(),
         })
@@ -200,7 +204,8 @@ impl Measured {
         self.motion(log, recording)
     }
 
-    fn motion(&self, log: &Log, recording: Recording) -> Result<MotionExperiment<'_>, Diagnostics> {
+    fn motion(&self, log: &Log, mut recording: Recording) -> Result<MotionExperiment<'_>, Diagnostics> {
+        recording.is_held = self.is_held;
         MotionExperiment::new(&self.model, &self.layout, &self.link_inertias, recording, &self.present)
             .map_err(|e| e.in_file(log.path()).into())
     }

@@ -53,6 +53,8 @@ pub struct Recording {
     pub acceleration_noise: Vec<f64>,
     /// Of each joint that rests within a step of its encoder half of that step, rad or m, and 0 of others; empty: not known.
     pub at_rest: Vec<f64>,
+    /// Whether the description says that something holds the robot's base; where nothing does, it may stand.
+    pub is_held: bool,
     /// When joints lay at their stops.
     pub stops: Stops,
     /// When something shook joints.
@@ -304,6 +306,7 @@ impl Recording {
             noise: self.noise.clone(),
             acceleration_noise: self.acceleration_noise.clone(),
             at_rest: self.at_rest.clone(),
+            is_held: self.is_held,
             stops: self.stops.clone(),
             jolts: self.jolts.clone(),
             missing: self.missing.clone(),

@@ -1,4 +1,4 @@
-//! An effect on a link that is no more than effects at the joints that carry it.
+//! An error of a link's inertia that is no more than rotors of the joints that carry it.
 //!
 //! Where the axes of the first two joints of an arm are perpendicular, rotors of both do what one error of the second link's inertia does, diag(a, a, b): six
 //! numbers that lower the error at both joints at once enter before one number that lowers it at one.
@@ -7,11 +7,12 @@ use super::parsimony::{AS_GOOD, CHANCE, rows_alike};
 use super::regression::{Regression, ScoredFit};
 use super::search::Outcome;
 use crate::parallel::parallel;
+use bipedc_effects::effect::kinds;
 
-/// Most effects in the place of one.
+/// Most rotors in the place of one error.
 const PARTS: usize = 3;
 
-/// Puts effects at joints in the place of one on a link, where they have fewer parameters together and explain as much.
+/// Puts rotors of joints in the place of an error of a link's inertia, where they have fewer parameters together and explain as much.
 pub(super) fn in_parts(regression: &Regression<'_>, outcome: &mut Outcome) {
     let mut k = regression.standing.len();
     while k < outcome.active.len() {
@@ -22,11 +23,11 @@ pub(super) fn in_parts(regression: &Regression<'_>, outcome: &mut Outcome) {
     }
 }
 
-/// What is active with effects at joints in the place of the `k`-th, and their fit.
+/// What is active with rotors in the place of the `k`-th effect, and their fit.
 fn parts(regression: &Regression<'_>, outcome: &Outcome, k: usize) -> Option<(Vec<usize>, ScoredFit)> {
     let mut set = outcome.active.clone();
     let mine = set.remove(k);
-    if !regression.is_of_link(mine) {
+    if regression.candidates[mine].form.kind != &kinds::INERTIA_ERROR {
         return None;
     }
     let bare = regression.scored_fit(&set, outcome.corrected)?;
@@ -50,7 +51,7 @@ fn parts(regression: &Regression<'_>, outcome: &Outcome, k: usize) -> Option<(Ve
     None
 }
 
-/// The effect at a joint with so many parameters at most that lowers the cost most where one on a link is seen.
+/// The rotor that lowers the cost most where an error of an inertia is seen.
 fn best_part(
     regression: &Regression<'_>,
     (set, corrected): (&[usize], bool),
@@ -60,9 +61,7 @@ fn best_part(
     let rows = &regression.candidates[mine].rows;
     let tried = parallel(regression.candidates.len(), |c| {
         let candidate = &regression.candidates[c];
-        let location = &candidate.form.location;
-        let may = location.joint.is_some()
-            && location.other_joint.is_none()
+        let may = candidate.form.kind == &kinds::ROTOR_INERTIA
             && candidate.parameters <= most
             && candidate.rows.iter().any(|row| rows.contains(row))
             && excluded(regression, set, c).is_none();

@@ -43,7 +43,9 @@ pub(super) fn check(evidence: &Evidence<'_>) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     let whole = whole(evidence, &view);
     // Whatever else the torques of a robot that stands look like comes from that.
-    if let Some(stands) = whole.is_none().then(|| standing::check(evidence, &view)).flatten() {
+    if let Some(stands) =
+        (!evidence.recording.is_held && whole.is_none()).then(|| standing::check(evidence, &view)).flatten()
+    {
         return vec![stands];
     }
     if let Some(mixup) = whole {
