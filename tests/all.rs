@@ -32,6 +32,7 @@ mod compiled;
 mod compiler;
 #[path = "corpus/main.rs"]
 mod corpus;
+mod drives_of_arms;
 #[path = "experiments/main.rs"]
 mod experiments;
 mod few_joints;
@@ -75,6 +76,7 @@ mod slow_motion;
 #[path = "time_stepping/main.rs"]
 mod time_stepping;
 mod told_apart;
+mod unlogged_forces;
 #[path = "walking/main.rs"]
 mod walking;
 

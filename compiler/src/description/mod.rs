@@ -23,7 +23,7 @@ use model::RobotDescription;
 use settings::{DEFAULT_URDF, describe, urdf_name};
 use source::{Messages, finish};
 use std::path::{Path, PathBuf};
-use urdf::read_urdf;
+use urdf::{Follower, UrdfRobot, read_urdf, refuse_followers};
 
 /// The name of the description in a robot's folder.
 pub const DESCRIPTION_FILE: &str = "biped.toml";
@@ -143,8 +143,15 @@ pub fn parse(
 ) -> Result<(RobotDescription, Vec<Diagnostic>), Diagnostics> {
     let mut urdf_messages = Messages::new(urdf_text, urdf_name);
     let robot = read_urdf(urdf_text, &mut urdf_messages);
+    let followers = robot.as_ref().map(UrdfRobot::followers).unwrap_or_default();
     let mut toml_messages = Messages::new(toml_text, toml_name);
     let description = describe(toml_text, robot, &mut toml_messages);
+    if let Some(description) = &description {
+        let moves = |(name, _): &&Follower| {
+            description.joints.iter().any(|joint| joint.name == *name && joint.kind.moves())
+        };
+        refuse_followers(followers.iter().filter(moves), &mut urdf_messages);
+    }
     let mut list = urdf_messages.into_list();
     list.extend(toml_messages.into_list());
     let warnings = finish(list)?;

@@ -1,5 +1,5 @@
 //! Every mistake in a URDF has its message, with the line and what to do.
-use bipedc_compiler::description::{model::RobotDescription, parse};
+use bipedc_compiler::description::{init_text, model::RobotDescription, parse};
 use std::path::Path;
 
 /// A torso with one leg; `BODY` is replaced by what a test adds, and it may replace parts of the rest.

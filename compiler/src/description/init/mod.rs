@@ -32,15 +32,25 @@ pub fn init(urdf: &Path) -> Result<String, Diagnostics> {
 /// Everything about the URDF that has no meaning, all at once.
 pub fn init_text(urdf_text: &str, urdf_name: &Path) -> Result<String, Diagnostics> {
     let mut messages = Messages::new(urdf_text, urdf_name);
-    let robot = read_urdf(urdf_text, &mut messages);
+    let mut robot = read_urdf(urdf_text, &mut messages);
     finish(messages.into_list())?;
+    let followers = robot.as_mut().map(hold_followers).unwrap_or_default();
     let file = urdf_name.file_name().map_or_else(|| DEFAULT_URDF.into(), |name| name.to_string_lossy());
-    let described = robot.as_ref().and_then(|robot| Some(describe(robot, robot.tree.as_ref()?, &file)));
+    let described =
+        robot.as_ref().and_then(|robot| Some(describe(robot, robot.tree.as_ref()?, &file, &followers)));
     // Without errors there is a robot with a tree; an empty description would be right as well.
     Ok(described.unwrap_or_default())
 }
 
-fn describe(robot: &UrdfRobot, tree: &Tree, file: &str) -> String {
+/// Joints that move as others do, which are fixed here: fingers of grippers in most URDFs.
+fn hold_followers(robot: &mut UrdfRobot) -> Vec<String> {
+    let followers: Vec<String> = robot.followers().into_iter().map(|(name, _)| name).collect();
+    let held = robot.joints.iter_mut().filter(|joint| followers.contains(&joint.name));
+    held.for_each(|joint| joint.kind = JointKind::Fixed);
+    followers
+}
+
+fn describe(robot: &UrdfRobot, tree: &Tree, file: &str, followers: &[String]) -> String {
     let frames = tree.frames(robot);
     let planar = is_planar(robot, tree, &frames);
     let feet = feet::guess_feet(robot, tree, &frames, planar);
@@ -56,6 +66,7 @@ fn describe(robot: &UrdfRobot, tree: &Tree, file: &str) -> String {
         Some(base) => write_base_joints(base, &mut out),
         None => write_base(robot, tree, planar, &feet, &mut out),
     }
+    write_locked(base.as_ref().map_or(&[], |base| &base.joints), followers, &mut out);
     write_feet(&feet, &mut out);
     let paired = pairs::write_symmetry((robot, tree, &frames), planar, &mut out);
     write_actuation(robot, base.as_ref().map_or(&[], |base| &base.joints), &mut out);
@@ -87,14 +98,28 @@ fn legs_are_paired(robot: &UrdfRobot, tree: &Tree, foot: &str, paired: &[String]
 
 /// The base coordinates take the place of joints that move the whole robot.
 fn write_base_joints(base: &BaseJoints<'_>, out: &mut String) {
-    let locked: Vec<String> = base.joints.iter().map(|joint| quoted(joint)).collect();
     let _ = write!(
         out,
-        "\n[base]\nkind = \"planar\"                 # all axes are pitch axes, slides in the plane: x, z, pitch. Else \"floating\" or \"fixed\" (with `link`)\nroot = {}\n\n\
-         # Joints of the URDF that move the whole robot about the world: what the base coordinates are for.\n[joints]\nlocked = [{}]\n",
-        quoted(base.carried),
-        locked.join(", ")
+        "\n[base]\nkind = \"planar\"                 # all axes are pitch axes, slides in the plane: x, z, pitch. Else \"floating\" or \"fixed\" (with `link`)\nroot = {}\n",
+        quoted(base.carried)
     );
+}
+
+/// Joints of the URDF that are no joints of the robot: those of its base, and those that follow others.
+fn write_locked<N: AsRef<str>>(base: &[N], followers: &[String], out: &mut String) {
+    if base.is_empty() && followers.is_empty() {
+        return;
+    }
+    out.push('\n');
+    if !base.is_empty() {
+        out.push_str("# Joints of the URDF that move the whole robot about the world: what the base coordinates are for.\n");
+    }
+    if !followers.is_empty() {
+        out.push_str("# Joints that <mimic> others are held at zero; a table instead of a list holds them elsewhere: { NAME = ANGLE }.\n");
+    }
+    let base = base.iter().map(AsRef::as_ref);
+    let locked: Vec<String> = base.chain(followers.iter().map(String::as_str)).map(quoted).collect();
+    let _ = writeln!(out, "[joints]\nlocked = [{}]", locked.join(", "));
 }
 
 fn write_base(robot: &UrdfRobot, tree: &Tree, planar: bool, feet: &[FootGuess], out: &mut String) {

@@ -2,7 +2,7 @@
 use super::elements::JointPlaces;
 use crate::description::geometry::{norm, scale};
 use crate::description::model::{Joint, JointKind};
-use crate::description::source::{Messages, short, suggest};
+use crate::description::source::{Messages, Place, short, suggest};
 use std::f64::consts::FRAC_PI_2;
 
 const KINDS: [&str; 6] = ["revolute", "continuous", "prismatic", "fixed", "floating", "planar"];
@@ -121,19 +121,31 @@ fn check_limits(joint: &Joint, typed: &urdf_rs::Joint, places: &JointPlaces, mes
 }
 
 fn check_mimic(joint: &Joint, places: &JointPlaces, messages: &mut Messages<'_>) {
-    let Some(_) = places.mimic else { return };
-    let name = short(&joint.name);
-    if joint.kind.moves() {
-        messages.error(
-            places.mimic,
-            format!("joint `{name}`: moving joints that <mimic> another are not supported"),
-            "make the joint fixed, or remove <mimic> and let it move by itself",
-        );
-    } else if places.kind == "fixed" {
+    if places.mimic.is_some() && places.kind == "fixed" {
         messages.warning(
             places.mimic,
-            format!("joint `{name}` is fixed; its <mimic> is ignored"),
+            format!("joint `{}` is fixed; its <mimic> is ignored", short(&joint.name)),
             "remove the <mimic>",
+        );
+    }
+}
+
+/// A joint that moves as another one does, with its place; the description may lock it.
+pub(crate) type Follower = (String, Place);
+
+/// Errors for followers that the description lets move.
+pub(crate) fn refuse_followers<'f>(
+    followers: impl Iterator<Item = &'f Follower>,
+    messages: &mut Messages<'_>,
+) {
+    for (name, place) in followers {
+        let name = short(name);
+        messages.error(
+            *place,
+            format!("joint `{name}`: moving joints that <mimic> another are not supported"),
+            format!(
+                "lock it in biped.toml (`[joints]`, `locked = [\"{name}\"]`; `bipedc init` writes that), or remove <mimic> and let it move by itself"
+            ),
         );
     }
 }

@@ -11,6 +11,7 @@ mod xml;
 use super::model::{Inertial, Joint, Link, Pose, RobotDescription};
 use super::source::Messages;
 pub(crate) use elements::{JointPlaces, LinkPlaces};
+pub(crate) use joints::{Follower, refuse_followers};
 pub use rewrite::{JointDynamics, rewritten, with_inertials};
 pub(crate) use tree::{Tree, WORLD};
 
@@ -73,6 +74,13 @@ pub(crate) fn read_urdf(text: &str, messages: &mut Messages<'_>) -> Option<UrdfR
 }
 
 impl UrdfRobot {
+    /// Joints that move as others do.
+    pub(crate) fn followers(&self) -> Vec<Follower> {
+        let joints = self.joints.iter().zip(&self.joint_places);
+        let moving = joints.filter(|(joint, place)| joint.kind.moves() && place.mimic.is_some());
+        moving.map(|(joint, place)| (joint.name.clone(), place.mimic)).collect()
+    }
+
     /// Back from a description, without places and shapes.
     pub(crate) fn from_description(description: &RobotDescription, messages: &mut Messages<'_>) -> Self {
         let joint_places = description.joints.iter().map(|joint| JointPlaces {

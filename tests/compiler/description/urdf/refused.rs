@@ -168,7 +168,17 @@ help: exchange them"#);
 fn moving_mimic() {
     refused(&changed(&[("<axis", "<mimic joint=\"knee\"/><axis")]), r#"error: joint `hip`: moving joints that <mimic> another are not supported
   --> robot.urdf:20:5
-help: make the joint fixed, or remove <mimic> and let it move by itself"#);
+help: lock it in biped.toml (`[joints]`, `locked = ["hip"]`; `bipedc init` writes that), or remove <mimic> and let it move by itself"#);
+}
+
+/// Published grippers have such fingers: a first description locks them, and what is locked is as fixed as any joint.
+#[test]
+fn followers_are_locked() {
+    let urdf = changed(&[("<axis", "<mimic joint=\"knee\"/><axis")]);
+    let toml = init_text(&urdf, Path::new("robot.urdf")).unwrap();
+    assert!(toml.contains("[joints]\nlocked = [\"hip\"]\n"), "{toml}");
+    let (robot, _) = parse(&urdf, Path::new("robot.urdf"), &toml, Path::new("biped.toml")).unwrap();
+    assert!(robot.joints.iter().all(|joint| joint.name != "hip" || !joint.kind.moves()));
 }
 
 #[test]
