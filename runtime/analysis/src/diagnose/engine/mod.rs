@@ -23,6 +23,7 @@ mod late;
 mod linearised;
 mod noise_floor;
 mod own_blocks;
+mod own_friction;
 mod parsimony;
 mod refinement;
 mod regression;

@@ -5,6 +5,7 @@ use super::corrections::settle;
 use super::errors::errors;
 use super::estimates::{data, estimates, spread};
 use super::own_blocks::unshown;
+use super::own_friction::put_own;
 use super::parsimony::{put_simpler, simplify};
 use super::refinement::{Refined, refine};
 use super::regression::{Regression, is_held_out};
@@ -209,6 +210,9 @@ fn estimated(
             let judged = regression.standing.len()..outcome.active.len();
             let sharp = judged.clone().find(|&k| is_a_sharp_sign(regression, &refined, k));
             if sharp.is_some_and(|k| put_dry(regression, outcome, k)) {
+                continue;
+            }
+            if judged.clone().any(|k| put_own(regression, outcome, (&refined, k), teaches)) {
                 continue;
             }
             let no_more = |k: usize| says_no_more(&refined, k);

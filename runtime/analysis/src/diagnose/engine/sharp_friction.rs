@@ -12,7 +12,7 @@ use bipedc_effects::effect::{Effect, Simulation, kinds};
 /// A sharper sign is so much narrower.
 const SHARPER: f64 = 0.1;
 /// Part by which what is left may be larger without the curve.
-const ALIKE: f64 = 0.05;
+pub(super) const ALIKE: f64 = 0.05;
 
 /// Whether the `k`-th effect is a Stribeck curve that has faded where the sign has hardly changed, and dry friction with a sharper sign leaves as little.
 pub(super) fn is_a_sharp_sign(regression: &Regression<'_>, refined: &Refined, k: usize) -> bool {
@@ -64,7 +64,7 @@ pub(super) fn sharpened(regression: &Regression<'_>, mut refined: Refined) -> Re
     refined
 }
 
-fn sharper(effect: &Effect) -> Effect {
+pub(super) fn sharper(effect: &Effect) -> Effect {
     let mut sharp = effect.clone();
     sharp.parameters.insert(SMOOTHING.to_owned(), SHARPER * effect.value(SMOOTHING));
     sharp
@@ -78,7 +78,10 @@ fn left(regression: &Regression<'_>, refined: &Refined, others: &[(usize, Effect
 }
 
 /// Rows of an effect's joint.
-fn rows_of<'r>(regression: &'r Regression<'_>, effect: &Effect) -> impl Iterator<Item = usize> + use<'r> {
+pub(super) fn rows_of<'r>(
+    regression: &'r Regression<'_>,
+    effect: &Effect,
+) -> impl Iterator<Item = usize> + use<'r> {
     let joint = effect.location.joint.clone();
     let rows = regression.train.rows().iter().enumerate();
     rows.filter(move |(_, row)| row.joint == joint).map(|(row, _)| row)
