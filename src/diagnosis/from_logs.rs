@@ -2,7 +2,7 @@
 use super::behind::{look_behind, slower_where_safe};
 use super::filtered::{Filtered, Request, Work, filtered, second_look};
 use super::judged::{best_filter, of_all_samples, quietest};
-use super::raised::{Raised, is_no_worse};
+use super::raised::Raised;
 use super::stated::state;
 use super::{Diagnosed, Options};
 use crate::measurements::currents::{self, Prepared};
@@ -141,7 +141,7 @@ fn answer(request: &Request<'_>, work: Work<'_>) -> Result<Diagnosed, Diagnostic
     let Some(raised) = raised else { return Ok(first) };
     let search = raised.without(&request.search);
     let (second, _) = first_answer(&Request { search, does_without: true, ..request.clone() }, work)?;
-    Ok(if is_no_worse(&second.diagnosis, &first.diagnosis) { second } else { first })
+    Ok(if raised.is_answered(&second.diagnosis, &first.diagnosis) { second } else { first })
 }
 
 /// An answer, and what of it only raises errors, if the search does not do without that already.
@@ -178,8 +178,7 @@ fn first_answer(request: &Request<'_>, work: Work<'_>) -> Result<(Diagnosed, Opt
     if !compared {
         state(&mut answer, &*train.experiment, logs.judging());
     }
-    let told_at = answer.judged_at_hz.filter(|_| !request.does_without);
-    let raised = told_at.and_then(|cutoff| Raised::by(&measured, request, &answer, cutoff));
+    let raised = (!request.does_without).then(|| Raised::by(&measured, request, &answer)).flatten();
     look_behind(&measured, request, reading, &mut answer);
     let jumps = at_jumps(&answer);
     answer.assumptions.extend(jumps);

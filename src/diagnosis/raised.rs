@@ -4,7 +4,8 @@
 //! links, and torques that come late, lower the error because they let less of it through. Behind the slower filter that noise is gone, and what
 //! was nothing else makes the error larger.
 use super::filtered::{Filtered, Request, filtered};
-use crate::measurements::Measured;
+use super::judged::mean_error;
+use crate::measurements::{Content, Measured};
 use bipedc_analysis::diagnose::{Diagnosis, FoundEffect, Options, root_mean_squares};
 use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::robot::link_inertias::CadError;
@@ -12,6 +13,8 @@ use bipedc_effects::effect::{Effect, Kind, Location};
 
 /// Squares of a row that rise by more than this part rise.
 const RISES: f64 = 0.01;
+/// Slower filters on feet, in parts of the cut-off.
+const SLOWER: [f64; 2] = [0.5, 0.25];
 /// Another answer may leave so many times as much.
 const ALIKE: f64 = 1.01;
 
@@ -21,20 +24,44 @@ pub(super) struct Raised {
     corrections: bool,
     /// These effects are nowhere.
     effects: Vec<(&'static Kind, Location)>,
+    /// That is seen behind a slower filter than the one at which the answer is told.
+    by_slower: bool,
 }
 
 impl Raised {
-    /// What of an answer only raises errors of the judging log behind a cut-off (Hz).
-    pub fn by(measured: &Measured, request: &Request<'_>, answer: &Diagnosis, cutoff: f64) -> Option<Self> {
-        let logs = filtered(measured, request, cutoff).ok()?;
+    /// What of an answer only raises errors of the judging log behind the filter at which it is told, or behind a slower one which leaves less, as it does of robots
+    /// on their feet that move slowly.
+    pub fn by(measured: &Measured, request: &Request<'_>, answer: &Diagnosis) -> Option<Self> {
+        let here = answer.judged_at_hz.unwrap_or(answer.cutoff_hz);
+        let told = answer
+            .judged_at_hz
+            .and_then(|cutoff| Self::behind(&filtered(measured, request, cutoff).ok()?, answer));
+        if told.is_some() || measured.content(&request.log) != Content::Contacts {
+            return told;
+        }
+        let all: Vec<Effect> = answer.estimated().cloned().collect();
+        let left = |logs: &Filtered<'_>| mean_error(logs.judging().unwrap_or(&*logs.train.experiment), &all);
+        let first = filtered(measured, request, here).ok()?;
+        let slower = SLOWER.into_iter().filter_map(|part| filtered(measured, request, part * here).ok());
+        let raised =
+            slower.filter(|logs| left(logs) < left(&first)).find_map(|logs| Self::behind(&logs, answer));
+        raised.map(|raised| Self { by_slower: true, ..raised })
+    }
+
+    /// What of an answer only raises errors of the judging log: corrections, each effect, or all effects on links together, where each makes up for the others.
+    fn behind(logs: &Filtered<'_>, answer: &Diagnosis) -> Option<Self> {
+        let alone = |found: &&FoundEffect| raises(logs, answer, std::slice::from_ref(*found));
+        let of_links: Vec<FoundEffect> =
+            answer.effects.iter().filter(|found| found.effect.location.link.is_some()).cloned().collect();
+        let mut raised: Vec<FoundEffect> = answer.effects.iter().filter(alone).cloned().collect();
+        if raised.is_empty() && raises(logs, answer, &of_links) {
+            raised = of_links;
+        }
+        let places = raised.into_iter().map(|found| (found.effect.kind, found.effect.location));
         let raised = Self {
-            corrections: raises(&logs, answer, &answer.inertial_corrections),
-            effects: answer
-                .effects
-                .iter()
-                .filter(|found| raises(&logs, answer, std::slice::from_ref(*found)))
-                .map(|found| (found.effect.kind, found.effect.location.clone()))
-                .collect(),
+            corrections: raises(logs, answer, &answer.inertial_corrections),
+            effects: places.collect(),
+            by_slower: false,
         };
         (raised.corrections || !raised.effects.is_empty()).then_some(raised)
     }
@@ -48,11 +75,12 @@ impl Raised {
         search.barred.extend(self.effects.iter().cloned());
         search
     }
-}
 
-/// Whether an answer that does without what only raised errors stands in the place of the first: it leaves no more, and explains as much.
-pub(super) fn is_no_worse(second: &Diagnosis, first: &Diagnosis) -> bool {
-    second.rms_after <= ALIKE * first.rms_after && (first.unexplained || !second.unexplained)
+    /// Whether an answer without it stands in the place of the first: it explains as much, and leaves no more where that is told.
+    pub fn is_answered(&self, second: &Diagnosis, first: &Diagnosis) -> bool {
+        let as_little = self.by_slower || second.rms_after <= ALIKE * first.rms_after;
+        as_little && (first.unexplained || !second.unexplained)
+    }
 }
 
 /// Whether some of what was found makes the squares of rows larger beside all the rest, in their geometric mean too.
