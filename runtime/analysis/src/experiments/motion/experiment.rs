@@ -239,7 +239,7 @@ impl<'a> MotionExperiment<'a> {
                 self.rows.push(Row {
                     name: format!("{}/motor_position", joint.name),
                     channel: Channel::Transmission,
-                    unit: "rad",
+                    unit: if joint.prismatic { "m" } else { "rad" },
                     joint: Some(joint.name.clone()),
                     noise,
                 });

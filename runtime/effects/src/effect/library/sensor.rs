@@ -60,7 +60,7 @@ pub static FORCE_SENSOR_GAIN: Kind = Kind {
     name: "force_sensor_gain",
     title: "Gain of a foot force sensor",
     place: Place::Sensor,
-    parameters: &[estimated("gain", "1", (0.05, 20.0), (0.7, 1.4), "reported force per true force")
+    parameters: &[estimated("gain", "1", (0.05, 20.0), (0.7, 1.4), "reported force and torque per true force and torque")
         .of_size(Size::NothingAt(1.0))],
     law: Law::ForceSensorGain,
     simulation: Simulation::Law,
@@ -76,7 +76,7 @@ pub static FORCE_SENSOR_GAIN: Kind = Kind {
     },
     relations: Relations::NONE,
     identified: None,
-    meaning: "A foot force sensor's calibration is off by a factor.",
+    meaning: "A foot force sensor's calibration is off by a factor, of its force and of its torque alike.",
     symptom: "is a fixed fraction of the reported force",
     confounders: &[confounder("payload", "Weigh the robot on a scale.")],
     experiment: "Shift the weight from foot to foot, and weigh the robot on a scale.",
