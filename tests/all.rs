@@ -73,10 +73,10 @@ mod shaken;
 #[path = "simulated/main.rs"]
 mod simulated;
 mod slow_motion;
+mod standing_robot;
 #[path = "time_stepping/main.rs"]
 mod time_stepping;
 mod told_apart;
-mod unlogged_forces;
 #[path = "walking/main.rs"]
 mod walking;
 

@@ -6,15 +6,17 @@
 use super::filtered::{Filtered, Request, filtered};
 use super::judged::mean_error;
 use crate::measurements::{Content, Measured};
-use bipedc_analysis::diagnose::{Diagnosis, FoundEffect, Options, root_mean_squares};
+use bipedc_analysis::diagnose::{Diagnosis, ErrorFall, FoundEffect, Options, errors, root_mean_squares};
 use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::robot::link_inertias::CadError;
-use bipedc_effects::effect::{Effect, Kind, Location};
+use bipedc_effects::effect::{Effect, Kind, Location, kinds};
 
 /// Squares of a row that rise by more than this part rise.
 const RISES: f64 = 0.01;
 /// Slower filters on feet, in parts of the cut-off.
 const SLOWER: [f64; 2] = [0.5, 0.25];
+/// Errors of less than so many times their noise are noise.
+const HEARD: f64 = 1.15;
 /// Another answer may leave so many times as much.
 const ALIKE: f64 = 1.01;
 
@@ -24,7 +26,7 @@ pub(super) struct Raised {
     corrections: bool,
     /// These effects are nowhere.
     effects: Vec<(&'static Kind, Location)>,
-    /// That is seen behind a slower filter than the one at which the answer is told.
+    /// That is not seen in the errors where the answer is told, but behind a slower filter, or beside the noise.
     by_slower: bool,
 }
 
@@ -32,6 +34,10 @@ impl Raised {
     /// What of an answer only raises errors of the judging log behind the filter at which it is told, or behind a slower one which leaves less, as it does of robots
     /// on their feet that move slowly.
     pub fn by(measured: &Measured, request: &Request<'_>, answer: &Diagnosis) -> Option<Self> {
+        if !answer.inertial_corrections.is_empty() && is_noise_without_corrections(measured, request, answer)
+        {
+            return Some(Self { corrections: true, effects: Vec::new(), by_slower: true });
+        }
         let here = answer.judged_at_hz.unwrap_or(answer.cutoff_hz);
         let told = answer
             .judged_at_hz
@@ -81,6 +87,18 @@ impl Raised {
         let as_little = self.by_slower || second.rms_after <= ALIKE * first.rms_after;
         as_little && (first.unexplained || !second.unexplained)
     }
+}
+
+/// Whether nothing but noise is left of any row without corrections of masses: what they lower then is the noise that the motion brings with it, which
+/// lighter links let less through of.
+fn is_noise_without_corrections(measured: &Measured, request: &Request<'_>, answer: &Diagnosis) -> bool {
+    let here = answer.judged_at_hz.unwrap_or(answer.cutoff_hz);
+    let Ok(logs) = filtered(measured, request, here) else { return false };
+    let is_effect = |effect: &&Effect| effect.kind != &kinds::INERTIAL_CORRECTION;
+    let effects: Vec<Effect> = answer.estimated().filter(is_effect).cloned().collect();
+    let rows = errors(&*logs.train.experiment, logs.judging(), [&[], &effects]).rows;
+    let is_noise = |fall: &ErrorFall| fall.noises().is_some_and(|times| times < HEARD);
+    !rows.is_empty() && rows.values().all(is_noise)
 }
 
 /// Whether some of what was found makes the squares of rows larger beside all the rest, in their geometric mean too.

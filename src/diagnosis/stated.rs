@@ -2,8 +2,9 @@
 use bipedc_analysis::diagnose::{Diagnosis, ErrorFall, StepErrors, errors, summary};
 use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::parallel::parallel;
-use bipedc_effects::effect::Effect;
+use bipedc_effects::effect::{Effect, kinds};
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 
 /// Notes how the errors fell with every step, in each kind of channel, and puts units right.
 pub(super) fn state(answer: &mut Diagnosis, train: &dyn Experiment, judge: Option<&dyn Experiment>) {
@@ -30,7 +31,35 @@ pub(super) fn state(answer: &mut Diagnosis, train: &dyn Experiment, judge: Optio
             .collect();
     }
     answer.conclude();
+    doubt_fast_ripples(answer, train);
     answer.summary = said(answer);
+}
+
+/// Part of a log's samples at which a ripple may be faster than the filter.
+const FASTER: f64 = 0.5;
+
+/// Ripples of which most periods pass faster than the filter lets through: the joint gives way to them, and what that takes back of them in the effort is not seen.
+fn doubt_fast_ripples(answer: &mut Diagnosis, train: &dyn Experiment) {
+    let (joints, motion) = (train.joints(), train.motion());
+    let cutoff = answer.cutoff_hz;
+    for found in answer.effects.iter_mut().filter(|found| found.effect.kind == &kinds::TORQUE_RIPPLE) {
+        let here = |name: &&str| Some(*name) == found.effect.location.joint.as_deref();
+        let Some(angles) = joints.iter().position(|name| here(&name)).and_then(|j| motion.positions.get(j))
+        else {
+            continue;
+        };
+        let turns = found.effect.value("periods_per_turn") / TAU;
+        let rates =
+            angles.windows(2).zip(motion.time.windows(2)).map(|(q, t)| (q[1] - q[0]).abs() / (t[1] - t[0]));
+        let (fast, all) =
+            rates.fold((0, 0), |(fast, all), speed| (fast + u32::from(turns * speed > cutoff), all + 1_u32));
+        let doubt = format!(
+            "most of its periods are faster than the filter of {cutoff} Hz: what the joint gives way to is not seen, and it may be larger"
+        );
+        if f64::from(fast) > FASTER * f64::from(all) && !found.doubts.contains(&doubt) {
+            found.doubts.push(doubt);
+        }
+    }
 }
 
 /// Rows of one kind may have different units: sliding joints beside turning ones.

@@ -60,8 +60,14 @@ pub static FORCE_SENSOR_GAIN: Kind = Kind {
     name: "force_sensor_gain",
     title: "Gain of a foot force sensor",
     place: Place::Sensor,
-    parameters: &[estimated("gain", "1", (0.05, 20.0), (0.7, 1.4), "reported force and torque per true force and torque")
-        .of_size(Size::NothingAt(1.0))],
+    parameters: &[estimated(
+        "gain",
+        "1",
+        (0.05, 20.0),
+        (0.7, 1.4),
+        "reported force and torque per true force and torque",
+    )
+    .of_size(Size::NothingAt(1.0))],
     law: Law::ForceSensorGain,
     simulation: Simulation::Law,
     search: Search {

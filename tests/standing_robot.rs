@@ -1,5 +1,5 @@
-//! What the ground does and nobody logs: its horizontal forces where the corners of soles tell the normal ones alone, and all of them where the log
-//! does not say that the robot stands.
+//! A robot that stands: what the ground does and nobody logs (its horizontal forces where the corners of soles tell the normal ones alone, and all of them where
+//! the log does not say that the robot stands), and noise of where its base is.
 use crate::cli::{bipedc, scratch, text};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -111,4 +111,18 @@ fn a_robot_that_stands_in_a_log_without_its_base_is_asked_for_it() {
     let free = kept(&hanging, "free.csv", is_joint);
     let answer = bipedc(&["diagnose", TULIP, text(&free), "--json"]).ok().json();
     assert_eq!(answer["effects"].as_array().unwrap().len(), 0, "{}", answer["summary"]);
+}
+
+/// Before: another mass and inertia of the torso, because a lighter one lets less of the noise of the base's accelerations through.
+#[test]
+fn noise_of_where_the_base_is_asks_for_no_other_masses() {
+    let folder = scratch("noisy-base");
+    let noise = "base_position_noise = 3e-4\nbase_orientation_noise = 3e-4\n";
+    let [train, judge] = logs(&folder, noise);
+    let run = ["diagnose", TULIP, text(&train), "--validate", text(&judge), "--json"];
+    let answer = bipedc(&run).ok().json();
+    let said =
+        [&answer["effects"], &answer["inertial_corrections"]].map(|list| list.as_array().unwrap().len());
+    assert_eq!(said, [0, 0], "{}", answer["summary"]);
+    assert_eq!(answer["unexplained"], false, "{}", answer["summary"]);
 }
