@@ -44,8 +44,7 @@ fn doubt_fast_ripples(answer: &mut Diagnosis, train: &dyn Experiment) {
     let cutoff = answer.cutoff_hz;
     for found in answer.effects.iter_mut().filter(|found| found.effect.kind == &kinds::TORQUE_RIPPLE) {
         let here = |name: &&str| Some(*name) == found.effect.location.joint.as_deref();
-        let Some(angles) = joints.iter().position(|name| here(&name)).and_then(|j| motion.positions.get(j))
-        else {
+        let Some(angles) = joints.iter().position(here).and_then(|j| motion.positions.get(j)) else {
             continue;
         };
         let turns = found.effect.value("periods_per_turn") / TAU;

@@ -99,11 +99,11 @@ impl Equations {
     fn with_prior(&self, mass: f64) -> DMatrix<f64> {
         let gram = &self.gram;
         let sum = |of_mass: bool| -> f64 {
-            (0..gram.nrows()).filter(|k| (k % OF_BODY == 0) == of_mass).map(|k| gram[(k, k)]).sum()
+            (0..gram.nrows()).filter(|k| k.is_multiple_of(OF_BODY) == of_mass).map(|k| gram[(k, k)]).sum()
         };
         // Torques of masses over those of first moments.
         let lever = (3.0 * sum(true) / sum(false).max(f64::MIN_POSITIVE)).sqrt();
-        let expected = |k: usize| if k % OF_BODY == 0 { mass } else { mass * lever };
+        let expected = |k: usize| if k.is_multiple_of(OF_BODY) { mass } else { mass * lever };
         let cost = |k: usize| PRIOR * self.squares / expected(k).powi(2).max(f64::MIN_POSITIVE);
         gram + DMatrix::from_diagonal(&DVector::from_fn(gram.nrows(), |k, _| {
             cost(k) + 1e-9 * gram[(k, k)] + f64::MIN_POSITIVE
