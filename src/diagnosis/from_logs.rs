@@ -178,7 +178,9 @@ fn first_answer(request: &Request<'_>, work: Work<'_>) -> Result<(Diagnosed, Opt
     if !compared {
         state(&mut answer, &*train.experiment, logs.judging());
     }
-    let raised = (!request.does_without).then(|| Raised::by(&measured, request, &answer)).flatten();
+    // Behind a filter that is asked for nothing but that counts.
+    let is_chosen = !request.does_without && options.reading.cutoff_hz.is_none();
+    let raised = is_chosen.then(|| Raised::by(&measured, request, &answer)).flatten();
     look_behind(&measured, request, reading, &mut answer);
     let jumps = at_jumps(&answer);
     answer.assumptions.extend(jumps);

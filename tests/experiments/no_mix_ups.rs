@@ -73,3 +73,14 @@ fn what_may_be_a_load_or_a_zero_is_said_and_not_refused() {
         "{warned}"
     );
 }
+
+/// A load 10 cm beside a quadruped's shin makes as much of the thigh's torque as an encoder that counts twice would: the log was refused.
+#[test]
+fn a_load_far_out_is_no_encoder_that_counts_twice() {
+    let (_, folder) = drawn("quadruped_payload-1", 5_550_123, "data_gate");
+    let [train, judge] = ["train.csv", "validation.csv"].map(|file| folder.join(file));
+    let robot = "examples/hidden_effects/robots/quadruped";
+    let found = bipedc(&["diagnose", robot, text(&train), "--validate", text(&judge), "--json"]).ok().json();
+    let [effect] = &found["effects"].as_array().unwrap()[..] else { panic!("{}", found["effects"]) };
+    assert_eq!([&effect["kind"], &effect["link"]], ["payload", "rear_left_lower"]);
+}

@@ -180,8 +180,10 @@ fn tried(evidence: &Evidence<'_>, view: &View, left: &[f64]) -> Vec<(Mixup, f64)
             let healed = healed.peek().is_some() && healed.all(|&j| read.explains(j));
             let mixed_up = healed && after < LEFT * before;
             // A body of another mass would be as light as a unit is large.
-            let are_effects =
-                || mixup.is_of_sign_or_zero() && are_effects(evidence, (view, &concerned), after);
+            let are_effects = || {
+                (mixup.is_of_sign_or_zero() || is_of_counts(mixup))
+                    && are_effects(evidence, (view, &concerned), after)
+            };
             (mixed_up && !are_effects()).then_some((mixup, before - after))
         })
         .collect();
@@ -193,6 +195,11 @@ fn tried(evidence: &Evidence<'_>, view: &View, left: &[f64]) -> Vec<(Mixup, f64)
 /// of them.
 fn are_effects(evidence: &Evidence<'_>, (view, joints): (&View, &[usize]), left: f64) -> bool {
     view.left_by_effects(evidence, joints) < EFFECTS * left
+}
+
+/// Whether it is an encoder whose edges or poles are counted more often: a load far out on a shin makes as much of a thigh's torque.
+fn is_of_counts(mixup: Mixup) -> bool {
+    matches!(mixup, Mixup::Geared(_, factor) if COUNTS.contains(&factor))
 }
 
 /// Whether they explain about as well what a sign or a zero would.
