@@ -84,10 +84,7 @@ fn fall_of(regression: &Regression<'_>, refined: &Refined, k: usize) -> f64 {
             // What only lowers noise lowers nothing, unless it lowers so much that no chance would.
             let lowers = part > NO_TRACE && part * was.independent > 2.0 * NO_CHANCE;
             let counts = !was.is_noise || lowers;
-            // What the best of many candidates lowers by chance is nothing; of a few impacts half is enough.
-            let is_told = part * was.independent > BEST_BY_CHANCE.min(0.5 * was.independent);
-            let told = if is_told { part } else { part.min(0.0) };
-            counts.then(|| told * LEAST / least(regression, row, refined.effects[k].kind, &play))
+            counts.then(|| part * LEAST / least(regression, row, refined.effects[k].kind, &play))
         });
         relative.fold(f64::NEG_INFINITY, f64::max)
     };
@@ -119,9 +116,7 @@ impl JudgedError {
     }
 }
 
-/// The best of a thousand candidates lowers what other data leave by so much deviance: 2 ln 1000,
-const BEST_BY_CHANCE: f64 = 14.0;
-/// no chance by so much,
+/// No chance lowers what other data leave by so much deviance,
 pub(super) const NO_CHANCE: f64 = 30.0;
 /// and what stops and jumps of other joints leave in a row is less than so much of its noise's squares.
 const NO_TRACE: f64 = 0.1;
