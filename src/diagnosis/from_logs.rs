@@ -4,7 +4,7 @@ use super::filtered::{Filtered, Request, Work, filtered, second_look};
 use super::judged::{best_filter, of_all_samples, quietest};
 use super::raised::Raised;
 use super::stated::state;
-use super::{Diagnosed, Options};
+use super::{Diagnosed, Inertial, Options};
 use crate::measurements::currents::{self, Prepared};
 use crate::measurements::{Content, Loaded, Log, Measured};
 use crate::progress::Progress;
@@ -132,7 +132,8 @@ pub fn estimate(
         .effects
         .retain(|present| !effects.iter().any(|e| e.kind == present.kind && e.location == present.location));
     let request = Request::new(&robot, &prepared, options, (options.search(), progress));
-    Ok(with_notes(answer(&request, &work)?, &prepared))
+    // What is asked for is estimated, whatever it does to errors.
+    Ok(with_notes(first_answer(&request, &work)?.0, &prepared))
 }
 
 /// The answer to a request, without what of it only raises errors behind the filter at which it is told.
@@ -178,9 +179,10 @@ fn first_answer(request: &Request<'_>, work: Work<'_>) -> Result<(Diagnosed, Opt
     if !compared {
         state(&mut answer, &*train.experiment, logs.judging());
     }
-    // Behind a filter that is asked for nothing but that counts.
-    let is_chosen = !request.does_without && options.reading.cutoff_hz.is_none();
-    let raised = is_chosen.then(|| Raised::by(&measured, request, &answer)).flatten();
+    // Behind a filter that is asked for nothing but that counts, and inertias that are asked for are told.
+    let is_open = options.reading.cutoff_hz.is_none() && options.inertial != Inertial::Free;
+    let raised =
+        (is_open && !request.does_without).then(|| Raised::by(&measured, request, &answer)).flatten();
     look_behind(&measured, request, reading, &mut answer);
     let jumps = at_jumps(&answer);
     answer.assumptions.extend(jumps);
