@@ -1,5 +1,5 @@
 //! What an answer states beside the search: the errors step by step in all channels, units, and the channel that tells most.
-use bipedc_analysis::diagnose::{Diagnosis, ErrorFall, StepErrors, errors, summary};
+use bipedc_analysis::diagnose::{Diagnosis, StepErrors, left_by_kind, summary};
 use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::parallel::parallel;
 use bipedc_effects::effect::{Effect, kinds};
@@ -15,20 +15,17 @@ pub(super) fn state(answer: &mut Diagnosis, train: &dyn Experiment, judge: Optio
         let effects: Vec<Effect> = answer.estimated().cloned().collect();
         let standing = answer.standing.len();
         let all = parallel(answer.steps.len() + 1, |count| {
-            errors(train, judge, [&[], &effects[..standing + count]])
+            left_by_kind(train, judge, &effects[..standing + count])
         });
-        let fall = |(name, [was, is]): (&String, [&ErrorFall; 2])| (name.clone(), [was.after, is.after]);
-        let falls = |was: &BTreeMap<String, ErrorFall>, is: &BTreeMap<String, ErrorFall>| {
-            let both = was.iter().filter_map(|(name, was)| Some((name, [was, is.get(name)?])));
-            both.map(fall).collect()
+        let falls = |[was, is]: [&BTreeMap<String, f64>; 2]| {
+            let both = was.iter().filter_map(|(name, was)| Some((name.clone(), [*was, *is.get(name)?])));
+            both.collect()
         };
-        answer.step_errors = all
-            .windows(2)
-            .map(|pair| StepErrors {
-                held_out: falls(&pair[0].rms, &pair[1].rms),
-                training: falls(&pair[0].rms_training, &pair[1].rms_training),
-            })
-            .collect();
+        let fall = |pair: &[[BTreeMap<String, f64>; 2]]| {
+            let [held_out, training] = [0, 1].map(|which| falls([&pair[0][which], &pair[1][which]]));
+            StepErrors { held_out, training }
+        };
+        answer.step_errors = all.windows(2).map(fall).collect();
     }
     answer.conclude();
     doubt_fast_ripples(answer, train);

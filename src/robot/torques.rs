@@ -1,8 +1,12 @@
 //! A compiled inverse dynamics as comparisons with logs read it.
+use bipedc_analysis::parallel::parallel;
 use bipedc_analysis::robot::{Batch, EvaluationError, InverseDynamics};
 use bipedc_compiler::compile::CompiledModel;
 use bipedc_compiler::program::BatchStates;
 use bipedc_effects::diagnostic::Diagnostic;
+
+/// States that one core evaluates at a time.
+const PART: usize = 2048;
 
 /// A compiled model's function `inverse_dynamics`.
 pub struct ProgramTorques(BatchStates);
@@ -29,7 +33,21 @@ impl InverseDynamics for ProgramTorques {
         self.0.coordinates().1
     }
     fn torques(&mut self, batch: &Batch<'_>, tau: &mut [f64]) -> Result<(), EvaluationError> {
-        self.0.evaluate(batch.count, [batch.q, batch.v, batch.a], tau);
+        let (nq, nv) = self.0.coordinates();
+        let parts = parallel(batch.count.div_ceil(PART), |part| {
+            let (first, end) = (part * PART, ((part + 1) * PART).min(batch.count));
+            let mut tau = vec![0.0; (end - first) * nv];
+            let states = [
+                &batch.q[first * nq..end * nq],
+                &batch.v[first * nv..end * nv],
+                &batch.a[first * nv..end * nv],
+            ];
+            self.0.evaluate(end - first, states, &mut tau);
+            tau
+        });
+        for (tau, part) in tau.chunks_mut((PART * nv).max(1)).zip(parts) {
+            tau.copy_from_slice(&part);
+        }
         Ok(())
     }
 }

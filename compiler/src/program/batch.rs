@@ -139,8 +139,21 @@ impl BatchStates {
         (self.nq, self.nv)
     }
     /// The outputs, `nv` per state; `q` is `count × nq`, `v` and `a` are `count × nv`, state after state.
-    pub fn evaluate(&mut self, count: usize, [q, v, a]: [&[f64]; 3], out: &mut [f64]) {
+    pub fn evaluate(&self, count: usize, [q, v, a]: [&[f64]; 3], out: &mut [f64]) {
         let (nq, nv) = (self.nq, self.nv);
+        let element = |state: usize, argument: Argument, k: usize| match argument {
+            Argument::Q => q[state * nq + k],
+            Argument::V => v[state * nv + k],
+            Argument::A => a[state * nv + k],
+            _ => 0.0,
+        };
+        let write = |first: usize, k: usize, values: &[f64; 8]| {
+            let places = out[first * nv..count * nv].chunks_exact_mut(nv);
+            places.zip(values).for_each(|(state, value)| state[k] = *value);
+        };
+        if self.evaluator.run_many(count, element, write) {
+            return;
+        }
         for (i, out) in out.chunks_exact_mut(nv.max(1)).enumerate().take(count) {
             let state = State::new()
                 .with(Argument::Q, &q[i * nq..(i + 1) * nq])

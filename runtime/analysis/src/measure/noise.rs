@@ -56,8 +56,9 @@ fn white_and_rounding(angle: &[f64], encoders: u8) -> (f64, f64) {
     steps.retain(|change| *change > least);
     let usual = median(&mut steps);
     // Steps are all alike; the changes of a joint that rests and then moves, with a fine encoder, are not.
-    let alike = quantile(&mut steps, 0.9) < ALIKE * usual && ALIKE * quantile(&mut steps, 0.1) > usual;
-    let rests = alike && 2 * steps.len() < angle.len();
+    let rests = 2 * steps.len() < angle.len()
+        && quantile(&mut steps, 0.9) < ALIKE * usual
+        && ALIKE * quantile(&mut steps, 0.1) > usual;
     let step = step_of_encoder(&steps, usual).or_else(|| rests.then_some(usual)).unwrap_or(0.0);
     (white_noise(angle), step * (f64::from(encoders) / 12.0).sqrt())
 }

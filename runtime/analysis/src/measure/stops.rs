@@ -2,6 +2,7 @@
 use crate::log::Block;
 use crate::measure::columns::Plan;
 use crate::measure::noise::of_encoders;
+use crate::parallel::parallel;
 use crate::robot::JointLayout;
 
 /// A joint lies at its stop within this part of the way between its stops.
@@ -61,10 +62,18 @@ impl Stops {
     pub(crate) fn look(&mut self, block: &Block<'_>, step: f64) {
         let core = block.core.clone();
         self.seen += step * core.len() as f64;
-        for joint in self.joints.iter_mut().flatten() {
-            let Some(position) = joint.position else { continue };
-            if block.columns[position].iter().any(|angle| joint.is_near(*angle)) {
-                joint.hear(&block.columns[position]);
+        let near = parallel(self.joints.len(), |joint| {
+            let joint = self.joints[joint].as_ref()?;
+            let angles = &block.columns[joint.position?];
+            angles.iter().any(|angle| joint.is_near(*angle)).then(|| of_encoders(angles, 1))
+        });
+        for (joint, noise) in self.joints.iter_mut().zip(near) {
+            let Some((joint, position)) = joint.as_mut().and_then(|joint| joint.position.map(|p| (joint, p)))
+            else {
+                continue;
+            };
+            if let Some(noise) = noise {
+                joint.hear(noise);
             }
             let samples = block.time[core.clone()].iter().zip(&block.columns[position][core.clone()]);
             samples.for_each(|(time, angle)| joint.add(*time, *angle, step));
@@ -144,8 +153,8 @@ impl OfJoint {
     }
 
     /// Of the loudest block the noise counts.
-    fn hear(&mut self, angles: &[f64]) {
-        self.reach = self.reach.max(WITHIN * of_encoders(angles, 1));
+    fn hear(&mut self, noise: f64) {
+        self.reach = self.reach.max(WITHIN * noise);
     }
 
     fn add(&mut self, time: f64, angle: f64, step: f64) {
@@ -226,7 +235,7 @@ mod tests {
     fn looked(limits: [f64; 2], angle: impl Fn(f64) -> f64) -> Stops {
         let mut joint = OfJoint::between(limits);
         let times: Vec<f64> = (0..4000).map(|i| 1e-3 * f64::from(i)).collect();
-        joint.hear(&times.iter().map(|time| angle(*time)).collect::<Vec<_>>());
+        joint.hear(of_encoders(&times.iter().map(|time| angle(*time)).collect::<Vec<_>>(), 1));
         times.iter().for_each(|time| joint.add(*time, angle(*time), 1e-3));
         Stops { joints: vec![Some(joint)], seen: 4.0 }
     }

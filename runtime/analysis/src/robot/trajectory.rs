@@ -34,6 +34,11 @@ impl Trajectory {
         Self { q: zeros(&self.q), v: zeros(&self.v), a: zeros(&self.a), ..*self }
     }
 
+    /// As many states with other configurations.
+    pub fn turned(&self, q: Vec<f64>) -> Self {
+        Self { q, v: self.v.clone(), a: self.a.clone(), ..*self }
+    }
+
     /// Number of states.
     pub fn len(&self) -> usize {
         self.q.len() / self.nq.max(1)

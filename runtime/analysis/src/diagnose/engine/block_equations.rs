@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 use std::ops::Range;
 
 /// Samples that are multiplied at a time.
-const CHUNK: usize = 512;
+const CHUNK: usize = 504;
 
 /// How CAD errors spread: per body a matrix whose columns span one standard deviation. Unknowns of the fits are
 /// multiples of these columns, so that their prior is the unit matrix.
@@ -206,9 +206,9 @@ impl<'a> Uncertain<'a> {
             let mut x = DMatrix::zeros(chunk.len(), own + others.len());
             if let Some(inertial) = self.inertial {
                 let width = inertial.columns.len();
-                let rows = inertial.values[chunk.start * width..chunk.end * width].chunks_exact(width.max(1));
-                for (mut x, values) in x.row_iter_mut().zip(rows) {
-                    self.columns.iter().enumerate().for_each(|(k, (at, ..))| x[k] = values[*at]);
+                let rows = &inertial.values[chunk.start * width..chunk.end * width];
+                for (mut x, (at, ..)) in x.column_iter_mut().zip(&self.columns) {
+                    x.iter_mut().zip(rows[*at..].iter().step_by(width)).for_each(|(x, value)| *x = *value);
                 }
             }
             for (k, values) in others.iter().enumerate() {

@@ -53,6 +53,38 @@ pub fn root_mean_squares(experiment: &dyn Experiment, effects: &[Effect]) -> Vec
     (0..experiment.rows().len()).map(of_row).collect()
 }
 
+/// Root mean squares that effects leave, by kind of channel: on `validation`, or on the blocks of `train` that were held out, and on all samples of
+/// `train`. Those of [`errors`] without all else that they tell.
+pub fn left_by_kind(
+    train: &dyn Experiment,
+    validation: Option<&dyn Experiment>,
+    effects: &[Effect],
+) -> [BTreeMap<String, f64>; 2] {
+    let of = |experiment: &dyn Experiment, counts: &dyn Fn(usize, usize) -> bool| {
+        let left = Amended::new(experiment, effects);
+        let mut kinds = BTreeMap::<Channel, (f64, f64)>::new();
+        for (row, what) in left.rows().iter().enumerate() {
+            let (squares, n) = squares(left.residual(row), counts);
+            let sums = kinds.entry(what.channel).or_default();
+            *sums = (sums.0 + squares, sums.1 + n);
+        }
+        kinds.into_iter().map(|(channel, sums)| (channel.name().to_owned(), root(sums))).collect()
+    };
+    let held_out = |sample: usize, n: usize| validation.is_some() || is_held_out(sample, n);
+    [of(validation.unwrap_or(train), &held_out), of(train, &|_, _| true)]
+}
+
+/// Sum of the squares of the samples that count, and their number.
+fn squares(values: &[f64], counts: &dyn Fn(usize, usize) -> bool) -> (f64, f64) {
+    let kept = values.iter().enumerate().filter(|(i, _)| counts(*i, values.len()));
+    kept.fold((0.0, 0.0), |(sum, n), (_, x)| (sum + x * x, n + 1.0))
+}
+
+/// Root of a mean square.
+fn root((squares, n): (f64, f64)) -> f64 {
+    (squares / n.max(1.0)).sqrt()
+}
+
 type Falls = BTreeMap<String, ErrorFall>;
 
 /// What is left of a log's rows with some effects, and with others.
@@ -90,15 +122,11 @@ impl<'a> Left<'a> {
     /// Root mean squares before and after, by row and by kind of channel.
     fn grouped(&self, counts: &dyn Fn(usize, usize) -> bool) -> (Falls, Falls) {
         let Self { before, after, noises } = self;
-        let squares = |values: &[f64]| {
-            let kept = values.iter().enumerate().filter(|(i, _)| counts(*i, values.len()));
-            kept.fold((0.0, 0.0_f64), |(sum, n), (_, x)| (sum + x * x, n + 1.0))
-        };
         let resolutions = resolutions(before);
         let (mut rows, mut groups) = (Falls::new(), BTreeMap::<Channel, Sums>::new());
         for ((row, what), noise) in before.rows().iter().enumerate().zip(noises) {
             let ((was, n), (is, _)): ((f64, f64), _) =
-                (squares(before.residual(row)), squares(after.residual(row)));
+                (squares(before.residual(row), counts), squares(after.residual(row), counts));
             let [was_moving, is_moving] = [before.residual(row), after.residual(row)]
                 .map(|residual| moving(before, row, residual, counts));
             let all = [was, is].map(|squares| (squares, n));
@@ -146,7 +174,6 @@ impl Sums {
 
     /// Root mean squares.
     fn fall(&self, unit: &str) -> ErrorFall {
-        let root = |(squares, n): (f64, f64)| (squares / n.max(1.0)).sqrt();
         let moving = |k: usize| self.sticks.then(|| root(self.told[k]));
         ErrorFall {
             unit: unit.to_owned(),

@@ -44,6 +44,6 @@ mod weak_friction;
 mod weights;
 
 pub use alike::left_alike;
-pub use errors::{Errors, errors, root_mean_squares};
+pub use errors::{Errors, errors, left_by_kind, root_mean_squares};
 pub use run::{Options, diagnose, estimate};
 pub use text::summary;

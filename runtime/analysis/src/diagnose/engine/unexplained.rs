@@ -149,6 +149,10 @@ impl Row<'_> {
         // Nor is where within a step of their encoders joints rest; and where nothing tells what goes with what, the encoders' noise.
         let [angles, motions] = self.judge.within_steps(self.row);
         let resting = self.resolution.hypot(angles).hypot(motions);
+        // Whatever it goes with, so little is noise.
+        if size <= PLAIN_MARGIN && beyond(resting) <= LOUD.powi(2) {
+            return None;
+        }
         let [a, b] = [self.train, self.judge].map(|of| smoother::signals(of, self.row));
         if a.is_empty() {
             return None;

@@ -76,11 +76,15 @@ impl Regression<'_> {
             left
         };
         let (train, judge) = (beside(self.train), beside(self.judge));
-        let floors = parallel(self.noise_floors.len(), |row| {
-            noise_floor(&train, &judge, self.own_blocks, (row, self.resolutions[row]))
+        // A row that is left as it was has the floor that it had.
+        let touched = |row: &usize| !(is_left(self.train, &train, *row) && is_left(self.judge, &judge, *row));
+        let rows: Vec<usize> = (0..self.noise_floors.len()).filter(touched).collect();
+        let floors = parallel(rows.len(), |k| {
+            noise_floor(&train, &judge, self.own_blocks, (rows[k], self.resolutions[rows[k]]))
         });
         let mut changed = false;
-        for (known, found) in self.noise_floors.iter_mut().zip(floors) {
+        for (row, found) in rows.into_iter().zip(floors) {
+            let known = &mut self.noise_floors[row];
             if found.0 * found.1 < LOWER * known.0 * known.1 {
                 *known = found;
                 changed = true;
@@ -115,4 +119,9 @@ impl Regression<'_> {
         }
         changed
     }
+}
+
+/// Whether effects leave a row of an experiment as it is, and where its joint sticks.
+fn is_left(experiment: &dyn Experiment, beside: &Amended<'_>, row: usize) -> bool {
+    experiment.residual(row) == beside.residual(row) && experiment.sticks(row) == beside.sticks(row)
 }

@@ -31,7 +31,7 @@ pub(super) fn seeds(residual: &[f64], position: &[f64], others: &[&[f64]]) -> Ve
     }
     let detrend = Detrend::new(&picked, others);
     let rest = detrend.of(residual);
-    let slow = slow_line(&detrend, &rest, position, TAU / range);
+    let slow = slow_line(&detrend, &rest, &q, TAU / range);
     // Lines closer than one period over the range are one line; slower ones are no ripple here.
     let step = TAU / range / 3.0;
     let first = 1.2 * TAU / range;
@@ -55,12 +55,11 @@ pub(super) fn seeds(residual: &[f64], position: &[f64], others: &[&[f64]]) -> Ve
 }
 
 /// The line of few periods that removes most of what is left beside all else, if there is a maximum; `turn`: periods per turn of one period over the range.
-fn slow_line(detrend: &Detrend, rest: &[f64], position: &[f64], turn: f64) -> Option<f64> {
+fn slow_line(detrend: &Detrend, rest: &[f64], q: &[f64], turn: f64) -> Option<f64> {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let removed = |n: f64| {
-        let column =
-            |of: fn(f64) -> f64| detrend.of(&position.iter().map(|q| of(n * q)).collect::<Vec<f64>>());
-        let (sine, cosine) = (column(f64::sin), column(f64::cos));
+        let (sine, cosine): (Vec<f64>, Vec<f64>) = q.iter().map(|q| (n * q).sin_cos()).unzip();
+        let [sine, cosine] = [sine, cosine].map(|column| detrend.of_picked(column.into_iter()));
         let (ss, sc, cc) = (dot(&sine, &sine), dot(&sine, &cosine), dot(&cosine, &cosine));
         let (rs, rc) = (dot(rest, &sine), dot(rest, &cosine));
         (rs * rs * cc - 2.0 * rs * rc * sc + rc * rc * ss) / (ss * cc - sc * sc).max(f64::MIN_POSITIVE)

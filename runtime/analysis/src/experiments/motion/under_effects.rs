@@ -83,9 +83,8 @@ impl MotionExperiment<'_> {
 
     /// The logged states under effects that turn joints or the base.
     fn turned_states(&self, effects: &[Effect]) -> Trajectory {
-        let mut states = self.recording.trajectory.clone();
-        states.q = self.turned_positions(effects).unwrap_or(states.q);
-        states
+        let states = &self.recording.trajectory;
+        self.turned_positions(effects).map_or_else(|| states.clone(), |q| states.turned(q))
     }
 
     /// Configurations under effects that turn joints or the base; `None` if there are none.
