@@ -49,6 +49,8 @@ pub struct MotionExperiment<'a> {
     pub(super) turned_inertial: Memo<Inertials>,
     /// Of each joint what its link resists with, see [`Rigid::resistance`]; formed when first asked for.
     pub(super) resistance: Vec<OnceLock<Vec<[f64; 2]>>>,
+    /// Of each joint its column of the mass matrix, `samples × nv` (kg m², kg); formed when first asked for.
+    pub(super) inertia: Vec<OnceLock<Vec<f64>>>,
     /// By joint, where it lies at a stop, which carries what is left there: nothing is. Empty where it never does.
     pub(super) at_stop: Vec<Vec<bool>>,
     /// Where the joint of a row sticks, see [`super::sticking`].
@@ -128,6 +130,7 @@ impl<'a> MotionExperiment<'a> {
             motion_noise: Vec::new(),
             within_steps: Vec::new(),
             resistance: (0..joints).map(|_| OnceLock::new()).collect(),
+            inertia: (0..joints).map(|_| OnceLock::new()).collect(),
             jumps: (0..joints).map(|_| OnceLock::new()).collect(),
             columns: (0..joints).map(|_| Columns::default()).collect(),
             recording,

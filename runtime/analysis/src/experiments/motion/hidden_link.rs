@@ -9,12 +9,12 @@
 use std::ops::Range;
 
 /// Newmark's γ and β of the trapezoidal rule.
-const GAMMA: f64 = 0.5;
-const BETA: f64 = 0.25;
+pub(super) const GAMMA: f64 = 0.5;
+pub(super) const BETA: f64 = 0.25;
 /// Damping ratio of what the estimate is off by.
 const DRAWN: f64 = 0.15;
 /// Least inertia, kg m²: the equation has a solution for any.
-const LEAST_INERTIA: f64 = 1e-9;
+pub(super) const LEAST_INERTIA: f64 = 1e-9;
 
 /// What is known of the joint at every sample.
 pub(super) struct Link<'a> {
@@ -34,27 +34,13 @@ impl Link<'_> {
     /// Link minus motor behind a spring (N m/rad) at every sample: angle, velocity, acceleration (rad, rad/s, rad/s²).
     pub fn behind(&self, stiffness: f64) -> Vec<[f64; 3]> {
         let mut mean = vec![[0.0; 3]; self.load.len()];
-        for segment in self.segments.iter().filter(|segment| !segment.is_empty()) {
-            let first = segment.start;
-            let at_rest = -self.load[first] / (stiffness + self.resistance[first][1].max(0.0));
-            // What the first pass learns until the end the others know from their beginning.
-            let once = self.along(stiffness, [at_rest, 0.0, 0.0], segment.clone());
-            let early = self.along(stiffness, reversed(once[once.len() - 1]), segment.clone().rev());
-            let late = self.along(stiffness, reversed(early[early.len() - 1]), segment.clone());
-            for ((i, late), early) in segment.clone().zip(late).zip(early.into_iter().rev().map(reversed)) {
-                mean[i] = std::array::from_fn(|k| 0.5 * (late[k] + early[k]));
-            }
-        }
+        let at_rest =
+            |first: usize| [-self.load[first] / (stiffness + self.resistance[first][1].max(0.0)), 0.0, 0.0];
+        let next = |i: usize, state: &[f64; 3]| self.next(stiffness, i, *state);
+        along(self.segments, &at_rest, &next, &|state| reversed(*state), &mut |i, late, early| {
+            mean[i] = middle(*late, *early);
+        });
         mean
-    }
-
-    /// Sample after sample from a state at the first.
-    fn along(&self, stiffness: f64, start: [f64; 3], samples: impl Iterator<Item = usize>) -> Vec<[f64; 3]> {
-        let mut states = vec![start];
-        for i in samples.skip(1) {
-            states.push(self.next(stiffness, i, states[states.len() - 1]));
-        }
-        states
     }
 
     fn next(&self, stiffness: f64, i: usize, [e, v, a]: [f64; 3]) -> [f64; 3] {
@@ -68,14 +54,50 @@ impl Link<'_> {
         let a = (e - ahead) / (BETA * h * h);
         let v = faster + h * GAMMA * a;
         let off = self.measured.get(i).map_or(0.0, |measured| -measured / stiffness - e);
-        // Both, so that what it is off by decays as a damped oscillation does, whatever its phase.
-        let drawn = (DRAWN * (stiffness / inertia).sqrt() * h).min(DRAWN);
-        [e + 2.0 * drawn * off, v + drawn * drawn / h * off, a]
+        drawn([e, v, a], off, (stiffness / inertia).sqrt(), h)
     }
 }
 
+/// The states of all stretches: forwards and backwards, and forwards again, since what the first pass learns until the end the others know from
+/// their beginning. `put` takes a sample with its states of the last two.
+pub(super) fn along<S>(
+    segments: &[Range<usize>],
+    at_rest: &dyn Fn(usize) -> S,
+    next: &dyn Fn(usize, &S) -> S,
+    reversed: &dyn Fn(&S) -> S,
+    put: &mut dyn FnMut(usize, &S, &S),
+) {
+    let pass = |start: S, samples: &mut dyn Iterator<Item = usize>| {
+        let mut states = vec![start];
+        for i in samples.skip(1) {
+            states.push(next(i, &states[states.len() - 1]));
+        }
+        states
+    };
+    for segment in segments.iter().filter(|segment| !segment.is_empty()) {
+        let once = pass(at_rest(segment.start), &mut segment.clone());
+        let early = pass(reversed(&once[once.len() - 1]), &mut segment.clone().rev());
+        let late = pass(reversed(&early[early.len() - 1]), &mut segment.clone());
+        for ((i, late), early) in segment.clone().zip(&late).zip(early.iter().rev()) {
+            put(i, late, &reversed(early));
+        }
+    }
+}
+
+/// A state that is off by so much, drawn to where it should be over a step `h` (s); `frequency` of its free oscillation, rad/s. Both angle and velocity, so
+/// that what it is off by decays as a damped oscillation does, whatever its phase.
+pub(super) fn drawn([e, v, a]: [f64; 3], off: f64, frequency: f64, h: f64) -> [f64; 3] {
+    let drawn = (DRAWN * frequency * h).min(DRAWN);
+    [e + 2.0 * drawn * off, v + drawn * drawn / h * off, a]
+}
+
+/// Halfway between two states.
+pub(super) fn middle(late: [f64; 3], early: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|k| 0.5 * (late[k] + early[k]))
+}
+
 /// The state of the motion backwards in time.
-fn reversed([e, v, a]: [f64; 3]) -> [f64; 3] {
+pub(super) fn reversed([e, v, a]: [f64; 3]) -> [f64; 3] {
     [e, -v, a]
 }
 

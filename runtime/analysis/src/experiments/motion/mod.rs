@@ -3,6 +3,7 @@ mod columns;
 mod detrend;
 mod experiment;
 mod hidden_link;
+mod hidden_links;
 mod hidden_play;
 mod inertial;
 mod laws;

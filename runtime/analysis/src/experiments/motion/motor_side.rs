@@ -1,10 +1,12 @@
 //! Joints of which the motor's angle alone is measured: their links move behind the spring or play that a candidate puts between.
 use super::experiment::MotionExperiment;
 use super::hidden_link::Link;
+use super::hidden_links::Links;
 use super::hidden_play::Play;
 use crate::robot::Trajectory;
 use crate::signal::Butterworth;
 use bipedc_effects::effect::{Effect, Law};
+use nalgebra::DMatrix;
 use std::f64::consts::TAU;
 
 /// So often the equation of a link is linearised at its last estimate.
@@ -32,6 +34,15 @@ impl Hidden {
     /// Whether the link is on its way between the stops of its play, or near enough for the filter to show that.
     pub fn is_between_stops(&self, sample: usize) -> bool {
         self.gap > 0.0 && is_between(self.gap, self.behind[sample][0])
+    }
+
+    /// Moves it from where it was, in these states too.
+    fn move_to(&mut self, behind: Vec<[f64; 3]>, states: &mut Trajectory) {
+        for order in 0..3 {
+            let moved = self.behind.iter().zip(&behind).map(|(old, new)| new[order] - old[order]);
+            states.joint_mut(order, self.joint).zip(moved).for_each(|(x, moved)| *x += moved);
+        }
+        self.behind = behind;
     }
 
     /// Moves a joint from where its motor is to where its link is.
@@ -108,13 +119,58 @@ impl MotionExperiment<'_> {
         needed: &dyn Fn(&Trajectory) -> Vec<f64>,
     ) -> (Vec<f64>, Trajectory) {
         let change = self.link_inertias.change(effects);
+        // Of those behind play or alone behind a spring each moves by itself.
+        hidden.sort_by_key(|link| link.gap > 0.0);
+        let springs = hidden.iter().filter(|link| link.gap == 0.0).count();
+        let (together, alone) = hidden.split_at_mut(if springs > 1 { springs } else { 0 });
         for _ in 0..ROUNDS {
-            for link in &mut hidden {
+            if !together.is_empty() {
+                self.move_links(together, effects, (&mut states, &load), &change);
+            }
+            for link in alone.iter_mut() {
                 self.move_link(link, effects, (&mut states, &load), &change);
             }
             load = needed(&states);
         }
         (load, states)
+    }
+
+    /// Puts links that shake each other where their motors and springs leave them.
+    fn move_links(
+        &self,
+        links: &mut [Hidden],
+        effects: &[Effect],
+        (states, load): (&mut Trajectory, &[f64]),
+        change: &[f64],
+    ) {
+        let inertia = self.inertia_among(links);
+        let resistance: Vec<&[[f64; 2]]> = links.iter().map(|link| self.resistance(link.joint)).collect();
+        let [mut loads, mut measured] = [const { Vec::new() }; 2];
+        for (j, link) in links.iter().enumerate() {
+            let rigid = self.rigid_torques(load, link.joint, change, None);
+            let carried = self.link_torques(link.joint, &rigid, effects, states);
+            let left = self.effort_residual(link.joint, &rigid, effects, states);
+            measured.push(left.iter().zip(&carried).map(|(left, load)| left + load).collect::<Vec<f64>>());
+            let with_motors = |(i, load): (usize, &f64)| {
+                let shaken: f64 =
+                    links.iter().enumerate().map(|(k, o)| inertia[i][(j, k)] * o.behind[i][2]).sum();
+                load - shaken - resistance[j][i][1] * link.behind[i][0]
+            };
+            loads.push(carried.iter().enumerate().map(with_motors).collect::<Vec<f64>>());
+        }
+        let (segments, step) = (&self.recording.segments[..], self.recording.step);
+        let springs = Links {
+            load: &loads,
+            inertia: &inertia,
+            resistance: &resistance,
+            measured: &measured,
+            segments,
+            step,
+        };
+        let stiffness: Vec<f64> = links.iter().map(|link| link.yielding.recip()).collect();
+        for (link, behind) in links.iter_mut().zip(springs.behind(&stiffness)) {
+            link.move_to(behind, states);
+        }
     }
 
     /// Puts a link where its motor and what lies between leave it, by the slopes of what it needs at its last place.
@@ -144,11 +200,23 @@ impl MotionExperiment<'_> {
             let spring = Link { load: &load, resistance, measured: &measured, segments, step };
             spring.behind(link.yielding.recip())
         };
-        for order in 0..3 {
-            let moved = link.behind.iter().zip(&behind).map(|(old, new)| new[order] - old[order]);
-            states.joint_mut(order, joint).zip(moved).for_each(|(x, moved)| *x += moved);
-        }
-        link.behind = behind;
+        link.move_to(behind, states);
+    }
+
+    /// The mass matrix of these joints at every sample, kg m².
+    fn inertia_among(&self, links: &[Hidden]) -> Vec<DMatrix<f64>> {
+        let at = |joint: usize| self.layout.base.nv() + joint;
+        let column = |link: &Hidden| {
+            let of = || {
+                let motion = &self.recording.trajectory;
+                self.rigid.inertia_column(motion, at(link.joint), self.recording.samples())
+            };
+            self.inertia[link.joint].get_or_init(of)
+        };
+        let columns: Vec<&Vec<f64>> = links.iter().map(column).collect();
+        let (nv, count) = (self.layout.base.nv() + self.layout.joints.len(), links.len());
+        let entry = |i: usize, r: usize, c: usize| columns[c][i * nv + at(links[r].joint)];
+        (0..self.recording.samples()).map(|i| DMatrix::from_fn(count, count, |r, c| entry(i, r, c))).collect()
     }
 
     fn resistance(&self, joint: usize) -> &[[f64; 2]] {
