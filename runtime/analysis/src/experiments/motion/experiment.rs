@@ -414,7 +414,7 @@ impl Experiment for MotionExperiment<'_> {
             match kind.law {
                 Law::SeriesElasticity if self.ground.is_empty() => return Some(self.stiffnesses(joint)),
                 Law::SeriesElasticity => return Some(self.stiffnesses_on_ground(joint)),
-                Law::Backlash => return Some(super::motor_side::GAPS.to_vec()),
+                Law::Backlash => return Some(self.gaps(joint)),
                 _ => {}
             }
         }

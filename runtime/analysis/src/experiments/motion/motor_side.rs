@@ -11,8 +11,10 @@ use std::f64::consts::TAU;
 
 /// So often the equation of a link is linearised at its last estimate.
 const ROUNDS: usize = 3;
-/// Plays from which a search starts, rad (m where the joint slides).
-pub(super) const GAPS: [f64; 5] = [0.003, 0.006, 0.012, 0.024, 0.048];
+/// Plays from which a search starts, rad.
+const GAPS: [f64; 5] = [0.003, 0.006, 0.012, 0.024, 0.048];
+/// The same of teeth this far from an axis are those of a rack or a screw, m.
+const SLIDING: f64 = 0.1;
 
 /// Behind the filter a link that rests on a stop is at least this part of half the gap away from the middle.
 const AT_A_STOP: f64 = 0.9;
@@ -222,6 +224,12 @@ impl MotionExperiment<'_> {
     fn resistance(&self, joint: usize) -> &[[f64; 2]] {
         let (q, v) = (self.layout.base.nq() + joint, self.layout.base.nv() + joint);
         self.resistance[joint].get_or_init(|| self.rigid.resistance(&self.recording.trajectory, (q, v)))
+    }
+
+    /// Plays from which a search starts, rad (m where the joint slides).
+    pub(super) fn gaps(&self, joint: usize) -> Vec<f64> {
+        let scale = if self.layout.joints[joint].prismatic { SLIDING } else { 1.0 };
+        GAPS.map(|gap| scale * gap).to_vec()
     }
 
     /// Stiffnesses from which a search starts: behind them a link would swing with a few frequencies; N m/rad or N/m. A motion that meets
