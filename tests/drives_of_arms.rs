@@ -115,6 +115,20 @@ fn springs_behind_motors_of_neighbouring_joints_are_both_found() {
     assert_eq!(answer["unexplained"], false, "{}", answer["summary"]);
 }
 
+/// No effect of the library damps between a motor and its link: what is left there says what it goes with. Before: "what it goes with was not found".
+#[test]
+fn a_spring_that_damps_is_seen_to_damp() {
+    let motor = "[motor.elbow]\nrotor_inertia = 0.25\nstiffness = 600.0\nspring_damping = 2.0\n";
+    let answer = told(ARM, &logs(&scratch("damped-spring"), ARM, motor));
+    let summary = answer["summary"].as_str().unwrap();
+    let found = answer["effects"].as_array().unwrap();
+    assert_eq!(found.len(), 2, "{summary}");
+    let spring = found.iter().find(|effect| effect["kind"] == "series_elasticity").unwrap();
+    assert!((value(spring, "stiffness") / 600.0 - 1.0).abs() < 0.01, "{spring}");
+    assert!(summary.contains("elbow/motor_position: something is left"), "{summary}");
+    assert!(summary.contains("as where a spring damps; it goes with rate of the load"), "{summary}");
+}
+
 /// Before: corrections of five links, 20 standard deviations away from any description, and no payload.
 #[test]
 fn a_load_beside_errors_of_all_masses_is_a_load() {

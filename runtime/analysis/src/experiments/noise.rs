@@ -8,7 +8,12 @@ use crate::measure::residual_noise::residual_noise;
 ///
 /// The one estimate of `diagnose`, `compare` and reports.
 pub(crate) fn noise_of(experiment: &dyn Experiment, row: usize, residual: &[f64]) -> f64 {
-    let both = experiment.rows()[row].noise.hypot(experiment.motion_noise(row));
+    noise_beside(experiment, row, residual, experiment.motion_noise(row))
+}
+
+/// The same where the noise of motion is another one, by effects beside the experiment's own.
+pub(crate) fn noise_beside(experiment: &dyn Experiment, row: usize, residual: &[f64], of_motion: f64) -> f64 {
+    let both = experiment.rows()[row].noise.hypot(of_motion);
     // What is heard may be the motion's: the two are no sum.
     heard(experiment, row, residual).max(both)
 }

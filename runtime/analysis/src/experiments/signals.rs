@@ -1,6 +1,9 @@
 //! Signals of rows by their names.
 use super::Experiment;
 
+/// How fast the torque of a joint changes, N m/s.
+pub(crate) const RATE_OF_LOAD: &str = "rate of the load";
+
 /// Of the joint of a row.
 pub(crate) fn velocity_of(experiment: &dyn Experiment, row: usize) -> Option<Vec<f64>> {
     signal_of(experiment, row, "velocity")

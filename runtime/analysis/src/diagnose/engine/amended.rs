@@ -1,12 +1,27 @@
 //! An experiment under effects: what their model leaves.
-use crate::experiments::{Experiment, Inertial, Row};
+use crate::experiments::{Channel, Experiment, Inertial, Row};
 use crate::robot::LinkInertias;
-use bipedc_effects::effect::{Effect, Kind, Location};
+use bipedc_effects::effect::{Effect, Kind, Law, Location};
 
 /// An experiment whose model has effects already.
 pub(super) struct Amended<'a> {
     inner: &'a dyn Experiment,
     residual: Vec<Vec<f64>>,
+    /// By row what the noise of motion makes of it through these effects.
+    motion_noise: Vec<f64>,
+}
+
+/// What the noise of motion makes of an angle between a motor and its link: that of the link's torque, through springs.
+fn through_springs(inner: &dyn Experiment, row: &Row, effects: &[Effect]) -> f64 {
+    if row.channel != Channel::Transmission {
+        return 0.0;
+    }
+    let springs =
+        effects.iter().filter(|e| e.kind.law == Law::SeriesElasticity && e.location.joint == row.joint);
+    let yielding: f64 = springs.map(|spring| spring.value("stiffness").recip()).sum();
+    let mut rows = inner.rows().iter();
+    let effort = rows.position(|other| other.channel == Channel::Effort && other.joint == row.joint);
+    yielding * effort.map_or(0.0, |effort| inner.motion_noise(effort))
 }
 
 impl<'a> Amended<'a> {
@@ -18,7 +33,9 @@ impl<'a> Amended<'a> {
                 residual[row].iter_mut().zip(&response).for_each(|(r, x)| *r -= x);
             }
         }
-        Self { inner, residual }
+        let of_row = |(index, row)| inner.motion_noise(index) + through_springs(inner, row, effects);
+        let motion_noise = inner.rows().iter().enumerate().map(of_row).collect();
+        Self { inner, residual, motion_noise }
     }
 
     /// Subtracts what a change of inertial parameters predicts.
@@ -58,7 +75,7 @@ impl Experiment for Amended<'_> {
         self.inner.described()
     }
     fn motion_noise(&self, row: usize) -> f64 {
-        self.inner.motion_noise(row)
+        self.motion_noise[row]
     }
     fn within_steps(&self, row: usize) -> [f64; 2] {
         self.inner.within_steps(row)

@@ -5,7 +5,7 @@ use super::resolution::resolutions;
 use crate::diagnose::{Diagnosis, ErrorFall};
 use crate::experiments::jumps::Jumps;
 use crate::experiments::moving::moving;
-use crate::experiments::noise::noise_of;
+use crate::experiments::noise::noise_beside;
 use crate::experiments::{Channel, Experiment};
 use crate::parallel::parallel;
 use bipedc_effects::effect::Effect;
@@ -99,7 +99,8 @@ impl<'a> Left<'a> {
     fn new(experiment: &'a dyn Experiment, effects: [&[Effect]; 2]) -> Self {
         let [before, after] = effects.map(|effects| Amended::new(experiment, effects));
         let rows = experiment.rows().len();
-        let noises = parallel(rows, |row| noise_of(&before, row, after.residual(row)));
+        let noises =
+            parallel(rows, |row| noise_beside(&before, row, after.residual(row), after.motion_noise(row)));
         Self { before, after, noises }
     }
 

@@ -6,6 +6,7 @@ use super::told_apart::alike;
 use crate::diagnose::result::LEFT;
 use crate::diagnose::{Diagnosis, ErrorFall, Scope, Seen, Unexplained};
 use crate::experiments::Channel;
+use crate::experiments::signals::RATE_OF_LOAD;
 use crate::log::names::list;
 use crate::number::counting;
 use std::fmt::Write as _;
@@ -163,6 +164,10 @@ fn seen(part: &Unexplained) -> String {
         Seen::Motion if part.signals[0].starts_with("constant ") => format!("is {}", part.signals[0]),
         Seen::Motion if part.signals[0].starts_with("time ") => format!(
             "changes with time, as where a sensor drifts or something warms up; it goes with {}",
+            part.signals.join(", ")
+        ),
+        Seen::Motion if part.signals[0].starts_with(RATE_OF_LOAD) => format!(
+            "follows how fast the torque between motor and link changes, as where a spring damps; it goes with {}",
             part.signals.join(", ")
         ),
         Seen::Motion => format!("is a function of the motion; it goes with {}", part.signals.join(", ")),

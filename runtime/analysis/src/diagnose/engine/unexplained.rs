@@ -3,8 +3,8 @@ use super::amended::Amended;
 use super::regression::NOISE_MARGIN;
 use super::smoother::{self, reach};
 use crate::diagnose::{Seen, Unexplained};
-use crate::experiments::Experiment;
 use crate::experiments::corners::{Corners, corners};
+use crate::experiments::{Channel, Experiment};
 use crate::number::counting;
 use crate::parallel::parallel;
 use bipedc_effects::effect::Effect;
@@ -18,6 +18,8 @@ const PLAIN_MARGIN: f64 = 1.25;
 const SLOW: f64 = 0.35;
 /// Part of a row's squared error without effects that may be left: the inaccuracy of their forms.
 const TRACE: f64 = 2e-4;
+/// What a smooth function lowers by this is a function of the signals, however little it is.
+const CLEARLY: f64 = 0.5;
 /// A constant that makes this part of what a function of the motion would explain is all that there is to it.
 const MOSTLY: f64 = 0.8;
 /// So many times the noise of the measurement, what varies slowly is no noise of a narrow filter.
@@ -161,6 +163,9 @@ impl Row<'_> {
             return (matters && beyond(resting.hypot(self.judge.motion_noise(self.row))) > FEW.powi(2))
                 .then(|| self.named(Seen::Size, 1.0 - 1.0 / beyond(self.resolution), Vec::new()));
         };
+        // Between two encoders there is no motion to be known: what follows the signals there is no inaccuracy.
+        let between = self.train.rows()[self.row].channel == Channel::Transmission;
+        let matters = matters || (between && smooth > CLEARLY);
         let slow = slow_share(self.judge.time(), &moving);
         let (seen, share) = match (smooth > UNEXPLAINED, slow > SLOW) {
             (true, _) if size > NOISE_MARGIN || (smooth > PLAIN && size > PLAIN_MARGIN) => {
@@ -209,7 +214,9 @@ impl Row<'_> {
 
     fn named(&self, seen: Seen, share: f64, signals: Vec<String>) -> Unexplained {
         let what = &self.train.rows()[self.row];
-        let joint = what.joint.clone().unwrap_or_else(|| what.name.clone());
+        // A joint has a torque, and perhaps an angle between its motor and its link.
+        let of_joint = what.joint.as_ref().filter(|_| what.channel != Channel::Transmission);
+        let joint = of_joint.unwrap_or(&what.name).clone();
         Unexplained { joint, share, signals, seen, late_s: None }
     }
 }

@@ -181,8 +181,14 @@ impl<'a> MotionExperiment<'a> {
                 *variance += noise.powi(2) * squares.iter().sum::<f64>() / squares.len().max(1) as f64;
             }
         }
+        let yielding = |joint: usize| -> f64 {
+            let springs = self.present.iter().filter(|e| e.kind.law == Law::SeriesElasticity);
+            springs.filter(|e| self.joint(e) == Some(joint)).map(|e| e.value("stiffness").recip()).sum()
+        };
         let of_row = |(row, joint): (&Row, &usize)| match row.channel {
             Channel::Effort => variances[*joint].sqrt(),
+            // Through the springs that the description has.
+            Channel::Transmission => yielding(*joint) * variances[*joint].sqrt(),
             _ => 0.0,
         };
         self.rows.iter().zip(&self.joint_of).map(of_row).collect()
@@ -382,7 +388,7 @@ impl Experiment for MotionExperiment<'_> {
         self.inertial_of(samples)
     }
     fn signals(&self, row: usize) -> Vec<(String, Vec<f64>)> {
-        self.signals_of(self.joint_of[row])
+        self.signals_of_row(row)
     }
     fn signal(&self, row: usize, name: &str) -> Option<Vec<f64>> {
         self.signal_of(self.joint_of[row], name)

@@ -1,10 +1,36 @@
 //! What a row's residual may go with.
 use super::experiment::MotionExperiment;
+use crate::experiments::Channel;
+use crate::experiments::signals::RATE_OF_LOAD;
 
 /// Signals of a joint itself, in the order in which they are told.
 const OWN: [&str; 5] = ["position", "velocity", "load", "acceleration", "time"];
 
 impl MotionExperiment<'_> {
+    /// The same of a row: an angle between a motor and its link may go with how fast the torque between them changes, where what yields damps.
+    pub(super) fn signals_of_row(&self, row: usize) -> Vec<(String, Vec<f64>)> {
+        let joint = self.joint_of[row];
+        let mut signals = self.signals_of(joint);
+        if self.rows[row].channel == Channel::Transmission {
+            signals.push((RATE_OF_LOAD.to_owned(), self.rate_of_load(joint)));
+        }
+        signals
+    }
+
+    /// By differences of neighbours, N m/s or N/s.
+    fn rate_of_load(&self, joint: usize) -> Vec<f64> {
+        let load = self.of_load(joint);
+        let mut rate = vec![0.0; load.len()];
+        for segment in self.recording.segments.iter().filter(|segment| segment.len() > 2) {
+            for i in segment.start + 1..segment.end - 1 {
+                rate[i] = (load[i + 1] - load[i - 1]) / (2.0 * self.recording.step);
+            }
+            rate[segment.start] = rate[segment.start + 1];
+            rate[segment.end - 1] = rate[segment.end - 2];
+        }
+        rate
+    }
+
     /// All signals that a joint's rows may go with: its own, then motions of other joints.
     pub(super) fn signals_of(&self, joint: usize) -> Vec<(String, Vec<f64>)> {
         let own = OWN.iter().filter_map(|name| Some(((*name).to_owned(), self.own_signal(joint, name)?)));
