@@ -15,15 +15,12 @@ use crate::robot::LinkInertias;
 use crate::robot::inertial_parameters::body_of;
 use crate::robot::{InertialParameters, Trajectory};
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_effects::effect::{Effect, Kind, Law, Location, Simulation, Starts};
+use bipedc_effects::effect::{Effect, Kind, Law, Location, Starts};
 use bipedc_runtime::model::Model;
 use std::sync::OnceLock;
 
 /// The filter of positions smears a jump of the acceleration over this part of a period of its cut-off, on either side.
 const SMEARED: f64 = 0.5;
-
-/// Samples at which the noise's way through the model is computed.
-pub(super) const NOISE_SAMPLES: usize = 16;
 
 /// A log of joint torques against a rigid-body model with the effects that its description already has.
 pub struct MotionExperiment<'a> {
@@ -31,7 +28,7 @@ pub struct MotionExperiment<'a> {
     pub(super) layout: &'a JointLayout,
     pub(super) link_inertias: &'a LinkInertias,
     pub(super) recording: Recording,
-    present: Vec<Effect>,
+    pub(super) present: Vec<Effect>,
     pub(super) rows: Vec<Row>,
     /// Joint of each row.
     pub(super) joint_of: Vec<usize>,
@@ -157,41 +154,6 @@ impl<'a> MotionExperiment<'a> {
         let strikes = if self.ground.is_empty() { stops.strikes(time, *cutoff_hz) } else { Vec::new() };
         let shaken = either(strikes, &self.shaken());
         parallel(self.rows.len(), |row| self.sticking(row, &shaken))
-    }
-
-    /// What the noise of accelerations makes of the efforts: through the mass matrix, and the rotors that the description has.
-    fn noise_of_motion(&self) -> Vec<f64> {
-        let (recording, base) = (&self.recording, self.layout.base.nv());
-        let trajectory = &recording.trajectory;
-        let rotor = |joint: usize| -> f64 {
-            let own = self.present.iter().filter(|e| self.joint(e) == Some(joint));
-            let inertia = |effect: &Effect| match effect.kind.simulation {
-                Simulation::Inertia(name) => Some(effect.value(name)),
-                _ => None,
-            };
-            own.filter_map(inertia).sum()
-        };
-        let mut variances = vec![0.0; self.layout.joints.len()];
-        for (moving, noise) in recording.acceleration_noise.iter().enumerate().filter(|(_, s)| **s > 0.0) {
-            let column = self.rigid.inertia_column(trajectory, base + moving, NOISE_SAMPLES);
-            for (joint, variance) in variances.iter_mut().enumerate() {
-                let motor = if joint == moving { rotor(joint) } else { 0.0 };
-                let squares = column.iter().skip(base + joint).step_by(self.rigid.nv);
-                let squares: Vec<f64> = squares.map(|inertia| (inertia + motor).powi(2)).collect();
-                *variance += noise.powi(2) * squares.iter().sum::<f64>() / squares.len().max(1) as f64;
-            }
-        }
-        let yielding = |joint: usize| -> f64 {
-            let springs = self.present.iter().filter(|e| e.kind.law == Law::SeriesElasticity);
-            springs.filter(|e| self.joint(e) == Some(joint)).map(|e| e.value("stiffness").recip()).sum()
-        };
-        let of_row = |(row, joint): (&Row, &usize)| match row.channel {
-            Channel::Effort => variances[*joint].sqrt(),
-            // Through the springs that the description has.
-            Channel::Transmission => yielding(*joint) * variances[*joint].sqrt(),
-            _ => 0.0,
-        };
-        self.rows.iter().zip(&self.joint_of).map(of_row).collect()
     }
 
     /// Where the joint of an effort sticks or lies at a stop, or one strikes its stop or is shaken: the effort is a bound there, or told by

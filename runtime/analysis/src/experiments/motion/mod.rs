@@ -8,6 +8,7 @@ mod hidden_play;
 mod inertial;
 mod laws;
 mod limit;
+mod motion_noise;
 mod motor_side;
 mod on_ground;
 mod places;

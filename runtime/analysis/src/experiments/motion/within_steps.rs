@@ -1,5 +1,6 @@
 //! What nobody sees of joints that rest within a step of their encoders.
-use super::experiment::{MotionExperiment, NOISE_SAMPLES};
+use super::experiment::MotionExperiment;
+use super::motion_noise::NOISE_SAMPLES;
 use crate::experiments::Channel;
 
 impl MotionExperiment<'_> {
