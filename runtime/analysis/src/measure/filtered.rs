@@ -74,7 +74,7 @@ pub(crate) fn reason(error: FilterError, rate: f64) -> String {
     // With digits that say something, however slow.
     let rate = if rate < 1e-3 { format!("{rate:.3e}") } else { format!("{rate:.6}") };
     match error {
-        FilterError::OutOfRange => format!("not below half the sampling rate of {rate} Hz"),
+        FilterError::OutOfRange => format!("not below half the sampling rate of {rate} Hz by a fiftieth"),
         FilterError::TooLow => format!("less than a ten-thousandth of the sampling rate of {rate} Hz"),
     }
 }

@@ -38,10 +38,14 @@ const PADDING: usize = 15;
 /// by that times 2π·cutoff, accelerations times its square.
 pub const TRUNCATION: f64 = 1e-12;
 
+/// The highest cut-off as a part of the sampling rate: at half of it the filter rings for ever (a log's step of 0.02 s is not 0.02 to the last digit, so that
+/// 25 Hz may seem to lie below).
+const HIGHEST: f64 = 0.49;
+
 /// A cut-off that the filter cannot have.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FilterError {
-    /// Not below half the sampling rate, or not a positive number.
+    /// Not below half the sampling rate by a fiftieth of that, or not a positive number.
     OutOfRange,
     /// Below a ten-thousandth of the sampling rate: the coefficients lose their digits.
     TooLow,
@@ -58,10 +62,10 @@ impl Butterworth {
     /// `butter(4, cutoff, fs=rate)`).
     ///
     /// # Errors
-    /// The cut-off is no positive number below half the rate, or below a ten-thousandth of it.
+    /// The cut-off is no positive number below 0.49 of the rate, or below a ten-thousandth of it.
     pub fn new(cutoff: f64, rate: f64) -> Result<Self, FilterError> {
         let part = cutoff / rate;
-        if !(part > 0.0 && part < 0.5) {
+        if !(part > 0.0 && part < HIGHEST) {
             return Err(FilterError::OutOfRange);
         }
         if part < 1e-4 {
@@ -169,6 +173,9 @@ mod tests {
             assert_eq!(filter.zero_phase(&vec![1.0; n]).len(), n);
         }
         assert_eq!(Butterworth::new(125.0, 250.0), Err(FilterError::OutOfRange));
+        // Its ringing would take more memory than there is.
+        assert_eq!(Butterworth::new(25.0, 50.000_000_01), Err(FilterError::OutOfRange));
+        assert!(Butterworth::new(24.0, 50.0).is_ok_and(|filter| filter.overlap() < 5000));
         assert_eq!(Butterworth::new(f64::NAN, 250.0), Err(FilterError::OutOfRange));
         assert_eq!(Butterworth::new(0.01, 250.0), Err(FilterError::TooLow));
     }
