@@ -9,7 +9,7 @@ use crate::measurements::currents::{self, Prepared};
 use crate::measurements::{Content, Loaded, Log, Measured};
 use crate::progress::Progress;
 use crate::report::of_measurements;
-use bipedc_analysis::diagnose::{self, Diagnosis, ErrorFall, support};
+use bipedc_analysis::diagnose::{self, Diagnosis, ErrorFall, Stated, support};
 use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::experiments::data_checks::{Findings, inspect};
 use bipedc_analysis::measure;
@@ -109,21 +109,21 @@ fn refitting(robot: &Robot, options: &Options) -> (Robot, diagnose::Options) {
     (robot, search)
 }
 
-/// Estimates given effects, which must not stand in the robot's description. Parameters that stand in an effect are kept,
-/// missing ones are wanted.
+/// Estimates given effects, which must not stand in the robot's description. What the parameters that stand in them are, `stated` says; missing ones are
+/// wanted.
 ///
 /// # Errors
 /// As [`diagnose()`].
 pub fn estimate(
     robot: &Robot,
-    effects: &[Effect],
+    (effects, stated): (&[Effect], Stated),
     (train, judge): (&Log, Option<&Log>),
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<Diagnosed, Diagnostics> {
     let prepared = with_currents(robot, train, judge)?;
     let work = |train: &dyn Experiment, judge: Option<&dyn Experiment>, search: &diagnose::Options| {
-        progress.stage("estimating", || diagnose::estimate(train, judge, effects, search))
+        progress.stage("estimating", || diagnose::estimate(train, judge, (effects, stated), search))
     };
     // Effects that are estimated take the place of the drive's own.
     let mut robot = prepared.robot.clone();

@@ -4,6 +4,7 @@ use crate::amendment::diagnosis::{Selection, propose};
 use crate::amendment::{Amended, description_path};
 use crate::diagnosis::{self, Diagnosed, Inertial};
 use crate::measurements::Log;
+use bipedc_analysis::diagnose::Stated;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::effect::Effect;
 
@@ -72,7 +73,8 @@ impl Workbench {
             for count in between {
                 let (robot, logs) = (&bench.robot, (train, judge));
                 let progress = &*self.progress;
-                let partial = diagnosis::estimate(robot, &order[..count], logs, &options, progress)?;
+                let partial =
+                    diagnosis::estimate(robot, (&order[..count], Stated::Start), logs, &options, progress)?;
                 self.take(&partial, tell)?;
             }
             self.take(last, tell)?;

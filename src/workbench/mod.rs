@@ -35,7 +35,7 @@ use crate::measurements::Log;
 use crate::progress::{Progress, Run, Silent};
 use crate::report::steps_of;
 use crate::simulation::{self, Scene, Simulated};
-use bipedc_analysis::diagnose::Diagnosis;
+use bipedc_analysis::diagnose::{Diagnosis, Stated};
 use bipedc_analysis::log::Mapping;
 use bipedc_analysis::log::names::JOINT_QUANTITIES;
 use bipedc_analysis::report::Report;
@@ -266,7 +266,7 @@ impl Workbench {
         });
         // What is not asked for does not change: neither do masses and inertias.
         let options = diagnosis::Options { inertial: Inertial::Known, ..diagnosis::Options::default() };
-        diagnosis::estimate(&robot, effects, (train, judge), &options, &*self.progress)
+        diagnosis::estimate(&robot, (effects, Stated::Held), (train, judge), &options, &*self.progress)
     }
 
     /// The robot with what a diagnosis found, in memory: no file changes.

@@ -21,7 +21,7 @@ pub fn worst_first<T>(rows: &mut [T], unit: impl Fn(&T) -> String, error: impl F
 }
 
 /// So many digits that count, in plain text, at most nine decimals and no exponent.
-pub(crate) fn counting(x: f64, digits: i32) -> String {
+pub fn counting(x: f64, digits: i32) -> String {
     if x == 0.0 || !x.is_finite() {
         return x.to_string();
     }

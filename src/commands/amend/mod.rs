@@ -11,6 +11,8 @@ use bipedc::amendment::answer::Answer;
 use bipedc::amendment::diagnosis::{self, Selection};
 use bipedc::amendment::{Proposal, Proposed, Request, amend, description_path, undo};
 use bipedc::kinds::demand_kind;
+use bipedc_analysis::diagnose::{Diagnosis, ErrorFall};
+use bipedc_analysis::number::counting;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::{Effect, Location, kinds};
 use clap::{ArgGroup, Args};
@@ -218,8 +220,34 @@ impl Amend {
         let bench = Workbench::open(description_path(&self.path)?)?.watched(Arc::new(Bars::default()));
         let log = bench.log(log)?;
         let judge = self.validate.as_ref().map(|log| bench.log(log)).transpose()?;
+        let is_given = effect.kind.estimated().all(|known| effect.parameters.contains_key(known.name));
         let found = bench.estimate(&[effect], &log, judge.as_ref())?;
         output::diagnostics(&found.warnings);
+        if let Some(risen) = risen(&found.diagnosis).filter(|_| !is_given) {
+            return Err(risen.in_file(log.path()).into());
+        }
         Ok(diagnosis::propose(&found, &self.selection(), "estimated")?)
     }
+}
+
+/// Errors may rise by this factor with an estimate that says nothing.
+const RISES: f64 = 1.1;
+
+/// An estimate with which errors rise is none: where it began, nothing lowered them.
+fn risen(found: &Diagnosis) -> Option<Diagnostic> {
+    let kind = found.telling_channel()?;
+    let fall = |falls: &BTreeMap<String, ErrorFall>| falls.get(kind).cloned();
+    let told = [("held-out", fall(&found.rms)), ("training", fall(&found.rms_training))];
+    let rises = |fall: &ErrorFall| fall.after > RISES * fall.before;
+    let (which, fall) = told.into_iter().find_map(|(which, fall)| Some((which, fall.filter(rises)?)))?;
+    let message = format!(
+        "with what the log estimates of this effect its {which} error of the {} rises from {} to {} {}: nothing was written",
+        kind.replace('_', " "),
+        counting(fall.before, 4),
+        counting(fall.after, 4),
+        fall.unit
+    );
+    Some(Diagnostic::error(message).help(
+        "give some of its parameters with --set, so that the others are estimated beside them, or all of them without a log",
+    ))
 }

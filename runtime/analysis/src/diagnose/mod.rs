@@ -25,7 +25,7 @@ pub mod support;
 pub use breakdown::{AT_NOISE, Breakdown, BreakdownPart, WINDOWS, Window, breakdowns};
 pub use closer::Closer;
 pub use engine::{
-    Errors, Options, diagnose, errors, estimate, left_alike, left_by_kind, root_mean_squares, summary,
+    Errors, Options, Stated, diagnose, errors, estimate, left_alike, left_by_kind, root_mean_squares, summary,
 };
 pub use result::{
     Diagnosis, ErrorFall, FoundEffect, Rejected, Scope, Seen, Step, StepErrors, Unexplained, intervals,

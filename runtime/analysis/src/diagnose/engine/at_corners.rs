@@ -50,7 +50,15 @@ impl Hinge {
     fn refined(&self, effects: Vec<Effect>) -> Refined {
         let (weights, teaches) = (&[NOISE.powi(-2)], &|_, _| true);
         refine(
-            Data { experiment: self, weights, teaches, judge: self, judges: |_, _| true },
+            Data {
+                experiment: self,
+                weights,
+                teaches,
+                judge: self,
+                judges: |_, _| true,
+                held: &[],
+                at_corners: false,
+            },
             effects,
             &[],
             None,

@@ -17,6 +17,8 @@ pub(super) fn data<'r>(
         teaches,
         judge: regression.judge,
         judges,
+        held: &[],
+        at_corners: false,
     }
 }
 

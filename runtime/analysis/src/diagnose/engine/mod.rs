@@ -11,8 +11,10 @@ mod companions;
 mod conclusion;
 mod corrected;
 mod corrections;
+mod curved_friction;
 mod entry;
 mod errors;
+mod estimate;
 mod estimates;
 mod exchange;
 mod fit;
@@ -45,5 +47,6 @@ mod weights;
 
 pub use alike::left_alike;
 pub use errors::{Errors, errors, left_by_kind, root_mean_squares};
-pub use run::{Options, diagnose, estimate};
+pub use estimate::{Stated, estimate};
+pub use run::{Options, diagnose};
 pub use text::summary;

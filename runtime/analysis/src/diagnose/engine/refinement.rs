@@ -66,6 +66,19 @@ pub(super) struct Data<'a> {
     /// The data that judge, of the same rows, and whether a sample (of how many) does.
     pub judge: &'a dyn Experiment,
     pub judges: fn(usize, usize) -> bool,
+    /// Parameters that keep their values: of which effect, and names.
+    pub held: &'a [(usize, String)],
+    /// Samples at corners count as others do.
+    pub at_corners: bool,
+}
+
+impl Data<'_> {
+    /// What is estimated of effects.
+    fn unknowns(&self, effects: &[Effect]) -> Vec<Unknown> {
+        let mut all = unknowns(effects);
+        all.retain(|u| !self.held.iter().any(|(effect, name)| *effect == u.effect && *name == u.name));
+        all
+    }
 }
 
 /// Gauss–Newton from the search's estimate, with inertial corrections as far as they spread, if they do. Effects that are
@@ -78,7 +91,7 @@ pub(super) fn refine(
 ) -> Refined {
     let wanted = effects.len();
     let mut stated = with_nuisances(data.experiment, effects);
-    let mut unknowns = unknowns(&stated);
+    let mut unknowns = data.unknowns(&stated);
     let own = stated.len();
     stated.extend_from_slice(fixed);
     let mut best = best_estimate(data, &stated, &unknowns, spread);
@@ -112,7 +125,7 @@ fn further(
         has_reach && (value == unknown.bounds.0 || value == unknown.bounds.1)
     };
     unknowns.iter().any(stands).then_some(())?;
-    let on = super::unknowns::unknowns(&found[..own]);
+    let on = data.unknowns(&found[..own]);
     let next = best_estimate(data, found, &on, spread);
     let corners = corners_of(data.judge, &next.refined.effects, NEAREST);
     let error = |estimate: &Estimate| judged_error(data, &corners, &estimate.refined, spread);
@@ -221,7 +234,11 @@ fn converged(
     spread: Option<&Spread>,
 ) -> (Vec<Effect>, Vec<Corners>, Option<LastStep>) {
     let Data { experiment, weights, teaches, .. } = data;
-    let mut corners = corners_of(experiment, stated, farthest);
+    let corners_of = |effects: &[Effect]| match data.at_corners {
+        true => vec![Corners::default(); experiment.rows().len()],
+        false => corners_of(experiment, effects, farthest),
+    };
+    let mut corners = corners_of(stated);
     let is_crossed = !landings_in_legs(experiment, stated).is_empty();
     let mut current = sharpened(experiment, stated, |row| corners[row].reach.is_some());
     let nothing = Spread::none();
@@ -254,7 +271,7 @@ fn converged(
         current = moved;
         if step_number < SETTLING {
             // A limit that moves takes its corner along.
-            corners = corners_of(experiment, &as_stated(&current, stated), farthest);
+            corners = corners_of(&as_stated(&current, stated));
         }
     }
     (as_stated(&current, stated), corners, last)

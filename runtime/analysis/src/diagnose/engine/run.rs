@@ -2,6 +2,7 @@
 use super::behind_motors::stand_in_line;
 use super::conclusion::Conclusion;
 use super::corrections::settle;
+use super::curved_friction::curved;
 use super::errors::errors;
 use super::estimates::{data, estimates, spread};
 use super::own_blocks::unshown;
@@ -19,7 +20,6 @@ use crate::diagnose::Diagnosis;
 use crate::experiments::Experiment;
 use crate::robot::link_inertias::CadError;
 use bipedc_effects::effect::{Effect, Kind, Location};
-use std::collections::BTreeMap;
 
 /// Most searches with a lower noise floor.
 const WEIGHINGS: usize = 2;
@@ -162,6 +162,7 @@ fn concluded(
     loop {
         let refined = estimated(regression, outcome, teaches, (most, entered));
         let refined = beside_friction(regression, outcome, refined, (teaches, &declined));
+        let refined = curved(regression, outcome, refined, teaches);
         let refined = sharpened(regression, refined);
         let settled = settle(data(regression, teaches), refined, &regression.spread, regression.free);
         let conclusion = Conclusion { regression, outcome, settled: &settled };
@@ -258,63 +259,6 @@ fn unanswered(train: &dyn Experiment, validation: Option<&dyn Experiment>) -> Di
     diagnosis
 }
 
-/// Estimates parameters of given effects; those that are stated are where the search starts, others are found.
-///
-/// As [`diagnose`], but nothing else is tried and nothing is dropped.
-pub fn estimate(
-    train: &dyn Experiment,
-    validation: Option<&dyn Experiment>,
-    effects: &[Effect],
-    options: &Options,
-) -> Diagnosis {
-    let mut regression = Regression::new(train, validation, &places_of(effects), options, &|_| ());
-    regression.linearise(&[], regression.has_corrections());
-    let starts: Vec<Effect> = effects.iter().map(|effect| start(&regression, effect)).collect();
-    let corrected = regression.has_corrections();
-    let Some(scored) = regression.scored_fit(&[], corrected) else { return Diagnosis::default() };
-    let outcome = Outcome { active: Vec::new(), scored, corrected, reasons: BTreeMap::new(), rival: None };
-    let teaches = |sample: usize, n: usize| !regression.own_blocks || !is_held_out(sample, n);
-    let data = data(&regression, &teaches);
-    let refined = refine(data, starts, &[], spread(&regression, corrected));
-    let settled = settle(data, refined, &regression.spread, regression.free);
-    let mut diagnosis =
-        Conclusion { regression: &regression, outcome: &outcome, settled: &settled }.write(train, validation);
-    diagnosis.conclude();
-    diagnosis.summary = text::summary(&diagnosis);
-    diagnosis
-}
-
-fn places_of(effects: &[Effect]) -> Vec<(&'static Kind, Location)> {
+pub(super) fn places_of(effects: &[Effect]) -> Vec<(&'static Kind, Location)> {
     effects.iter().map(|effect| (effect.kind, effect.location.clone())).collect()
-}
-
-/// Where the final estimate of an effect starts.
-fn start(regression: &Regression<'_>, effect: &Effect) -> Effect {
-    let stated = |name: &str| effect.parameters.get(name).copied();
-    let forms = regression.candidates.iter().enumerate();
-    let mine = forms.filter(|(_, c)| c.form.is_of(effect) && c.form.fixed.is_empty());
-    let best = mine
-        .filter_map(|(index, _)| {
-            let scored = regression.scored_fit(&[index], regression.has_corrections())?;
-            regression.impossible(&[index], &scored).is_none().then_some((index, scored))
-        })
-        .min_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
-    let mut start = match best {
-        Some((index, scored)) => {
-            regression.candidates[index].form.effect(regression.coefficients(&[index], &scored, 0))
-        }
-        None => effect.clone(),
-    };
-    (start.name, start.torque, start.own) = (effect.name.clone(), effect.torque.clone(), effect.own.clone());
-    for (name, value) in &effect.parameters {
-        start.parameters.entry(name.clone()).or_insert(*value);
-    }
-    // A kind that no column finds starts from what is stated, or from the middle of what is usual.
-    for parameter in effect.kind.estimated() {
-        let (low, high) = effect.plausible(parameter.name);
-        let middle = 0.1 * (low + high);
-        let value = stated(parameter.name).unwrap_or(middle);
-        start.parameters.entry(parameter.name.to_owned()).or_insert(value);
-    }
-    start
 }

@@ -105,6 +105,11 @@ pub(super) struct JudgedError {
 }
 
 impl JudgedError {
+    /// Whether it is not more than the noise of measurement and motion.
+    pub fn is_noise(&self) -> bool {
+        self.is_noise
+    }
+
     /// Whether the squares are more than noise and more than so many times another fit's.
     pub fn is_worse_than(&self, other: &Self, times: f64) -> bool {
         !self.is_noise && self.squares > times * other.squares
