@@ -33,6 +33,7 @@ mod compiler;
 #[path = "corpus/main.rs"]
 mod corpus;
 mod drives_of_arms;
+mod early_fading;
 #[path = "experiments/main.rs"]
 mod experiments;
 mod few_joints;
