@@ -13,6 +13,7 @@ use crate::measure::filtered::{cut, in_hertz, no_filter, reason, unusable};
 use crate::measure::noise::white_noise;
 use crate::measure::residual_noise::residual_noise;
 use crate::measure::trajectory::{Even, States};
+use crate::measure::wild::wild_efforts;
 use crate::parallel::parallel;
 use crate::robot::{Batch, InverseDynamics, JointLayout, depends_on};
 use crate::signal::Butterworth;
@@ -228,6 +229,8 @@ impl Run<'_> {
         let (first, last) = (block.time[range.start], block.time[range.end - 1]);
         self.span = Some((self.span.map_or(first, |s| s.0), last));
         self.accelerations.hear(&self.plan, block);
+        let wild = wild_efforts(&self.plan, self.layout, block);
+        self.plan.warnings.extend(wild.into_iter().map(|warning| warning.in_file(&self.file)));
         let filtered = parallel(self.candidates.len(), |index| {
             let filter = &self.candidates[index].filter;
             even.states(&self.plan, self.layout, filter, block.time, range.clone())

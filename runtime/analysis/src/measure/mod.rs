@@ -19,6 +19,7 @@ pub(crate) mod stops;
 mod strays;
 mod thinning;
 pub(crate) mod trajectory;
+pub(crate) mod wild;
 
 pub use columns::Missing;
 pub use content::Content;

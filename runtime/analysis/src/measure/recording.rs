@@ -9,6 +9,7 @@ use crate::measure::noise::white_noise;
 use crate::measure::stops::Stops;
 use crate::measure::thinning::Held;
 use crate::measure::trajectory::{Even, Unusable};
+use crate::measure::wild::wild_efforts;
 use crate::measure::{DataSource, Missing, Options};
 use crate::robot::{JointLayout, Trajectory};
 use crate::signal::{Butterworth, Grid, Spline, resample};
@@ -152,6 +153,8 @@ impl Recording {
             if hears {
                 accelerations.hear(&plan, &block);
                 recording.jolts.look(&block, step);
+                let wild = wild_efforts(&plan, layout, &block);
+                recording.warnings.extend(wild.into_iter().map(|warning| warning.in_file(log.path())));
             }
             recording
                 .add(&plan, layout, (&filter, directions), &block)
