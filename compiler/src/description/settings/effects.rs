@@ -196,14 +196,22 @@ fn check_range(
     if !(low..=high).contains(&value) {
         let message =
             format!("{}: {value} is not possible, expected {}", entry.name(), range(low, high, unit));
-        messages.error(entry.at, message, format!("it is the {}", parameter.meaning));
+        messages.error(entry.at, message, format!("it is {}", what_it_is(parameter.meaning)));
         return;
     }
     let (low, high) = effect.plausible(parameter.name);
     if !(low..=high).contains(&value) {
         let message = format!("{}: {value} is unusual, usual is {}", entry.name(), range(low, high, unit));
-        messages.warning(entry.at, message, format!("is it in {unit}? It is the {}", parameter.meaning));
+        let what = what_it_is(parameter.meaning);
+        let help =
+            if unit == "1" { format!("it is {what}") } else { format!("is it in {unit}? It is {what}") };
+        messages.warning(entry.at, message, help);
     }
+}
+
+/// A parameter's meaning with its article.
+fn what_it_is(meaning: &str) -> String {
+    if meaning.starts_with("its ") { meaning.to_owned() } else { format!("the {meaning}") }
 }
 
 /// "0 to 30 N m", "0 N m or more".

@@ -294,8 +294,9 @@ fn doubts(effect: &Effect, widths: &[(String, f64)]) -> Vec<String> {
         let (low, high) = effect.plausible(parameter.name);
         if value < low || value > high {
             let (name, unit) = (parameter.name, effect.unit(parameter.name));
+            let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
             doubts.push(format!(
-                "{name} = {value:.4} {unit} is outside the usual range of {low} to {high} {unit}"
+                "{name} = {value:.4}{unit} is outside the usual range of {low} to {high}{unit}"
             ));
         }
         if let Some((_, half)) = widths.iter().find(|(name, _)| name == parameter.name)
