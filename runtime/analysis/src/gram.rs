@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DMatrixView};
 /// Columns that are multiplied at a time: what lies above the diagonal is a mirror image and is not computed twice.
 const PANEL: usize = 32;
 /// Samples that are turned at a time: they stay in the cache.
-const SAMPLES: usize = 504;
+const SAMPLES: usize = 512;
 
 /// `xᵀ x` of `samples × n`: n × n, symmetric to the last bit.
 pub(crate) fn gram(x: &DMatrix<f64>) -> DMatrix<f64> {
@@ -32,7 +32,7 @@ pub(crate) fn add_lower(x: &DMatrix<f64>, gram: &mut DMatrix<f64>) {
 
 /// The transposed, some columns at a time: nalgebra's own reads each number from another line of the cache.
 fn turned(x: &DMatrixView<'_, f64>) -> DMatrix<f64> {
-    const TILE: usize = 8;
+    const TILE: usize = 4;
     let (samples, n) = x.shape();
     let mut turned = DMatrix::zeros(n, samples);
     for first in (0..n).step_by(TILE) {

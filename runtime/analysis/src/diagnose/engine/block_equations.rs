@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 use std::ops::Range;
 
 /// Samples that are multiplied at a time.
-const CHUNK: usize = 504;
+const CHUNK: usize = 512;
 
 /// How CAD errors spread: per body a matrix whose columns span one standard deviation. Unknowns of the fits are
 /// multiples of these columns, so that their prior is the unit matrix.
