@@ -9,7 +9,7 @@ mod harness;
 use bipedc_macros::Biped;
 use bipedc_runtime::lanes::F64Native;
 use bipedc_runtime::nalgebra::SMatrix;
-use harness::{Bench, State, lanes, used};
+use harness::{Bench, State, apart, lanes, used};
 
 /// Lanes of one register.
 const LANES: usize = size_of::<F64Native>() / 8;
@@ -52,20 +52,29 @@ pub struct Biped7;
 ])]
 pub struct TalosReduced;
 
+/// A type of the function's name, by which `spills.sh` finds the function.
+macro_rules! named {
+    ($function:ident) => {
+        #[allow(non_camel_case_types)]
+        struct $function;
+    };
+}
+
 /// Times `module::function(arguments)` of one state; with `lanes` also of a register full of states.
 macro_rules! time {
     ($bench:ident, $states:ident, $peer:literal, $module:ident::$function:ident($($argument:ident),*)) => {{
         let mut out = SMatrix::repeat(0.0);
-        let one = |k: usize| {
+        let mut one = |k: usize| {
             let s = &$states[k];
             $module::$function($(&s.$argument,)* &mut out);
             used(&mut out);
         };
-        $bench.time($peer, one, LANES, None);
+        named!($function);
+        $bench.time($peer, |k| apart::<$function, false>(&mut one, k), LANES, None);
     }};
     ($bench:ident, $states:ident, $wide:ident, $peer:literal, $module:ident::$function:ident($($argument:ident),*)) => {{
         let mut out = SMatrix::repeat(0.0);
-        let one = |k: usize| {
+        let mut one = |k: usize| {
             let s = &$states[k];
             $module::$function($(&s.$argument,)* &mut out);
             used(&mut out);
@@ -76,7 +85,9 @@ macro_rules! time {
             $module::$function($(&s.$argument,)* &mut wide_out);
             used(&mut wide_out);
         };
-        $bench.time($peer, one, LANES, Some(&mut many));
+        named!($function);
+        let mut many = |k: usize| apart::<$function, true>(&mut many, k);
+        $bench.time($peer, |k| apart::<$function, false>(&mut one, k), LANES, Some(&mut many));
     }};
 }
 
@@ -150,10 +161,7 @@ fn talos_reduced_functions() {
     time!(bench, states, wide, "contact6_impulse", talos_reduced::impact_map_of_left_support_into(q, v));
 }
 
-fn main() {
-    lower12_functions();
-    #[cfg(talos_reduced)]
-    talos_reduced_functions();
+fn rabbit5_functions() {
     on_a_point!(
         "rabbit5",
         rabbit5,
@@ -162,6 +170,9 @@ fn main() {
         impact_map_of_right_support_into,
         body_jacobian_of_left_tibia_nonzeros_into
     );
+}
+
+fn biped7_functions() {
     on_a_point!(
         "biped7",
         biped7,
@@ -170,4 +181,12 @@ fn main() {
         impact_map_of_right_heel_into,
         body_jacobian_of_left_foot_nonzeros_into
     );
+}
+
+fn main() {
+    lower12_functions();
+    #[cfg(talos_reduced)]
+    talos_reduced_functions();
+    rabbit5_functions();
+    biped7_functions();
 }

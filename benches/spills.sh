@@ -1,51 +1,114 @@
 #!/usr/bin/env bash
-# Of every emitted function in the bench's program: operations, instructions, bytes of code, and how many instructions load from and
-# store to the stack (what found no register). Needs objdump. Functions are generic: only what the bench calls is there, those that are
-# inlined where they are called not by themselves, and once for one state and once for a register full of states; the last column
-# tells them apart by the registers that most instructions use.
-#   benches/spills.sh ROBOT [CPU]        CPU as in -C target-cpu, native by default
+# Of every function that the bench's program calls: operations, and for each processor instructions and how many of them load from and
+# store to the stack (what found no register, and arguments), all counted in the assembly. Functions are kept apart from where they are
+# called (`--cfg apart`), with everything that is inlined in them and their parts if they have several; behind `in lanes` they are those of
+# a register full of states. The last row is the sum. Needs objdump; compiles for each processor what runs on the robot and the bench alone.
+#   benches/spills.sh ROBOT [CPU...]       CPU as in -C target-cpu, native by default
+# BIPEDC names the command if it is built already.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-robot=$1 cpu=${2:-native}
-operations=$(mktemp -d)
-trap 'rm -r "$operations"' EXIT
-cargo run --quiet -- generate "benches/robots/$robot" --out "$operations/crate" --runtime "$PWD/runtime/core" --json > "$operations/json"
-export RUSTFLAGS="-C target-cpu=$cpu"
-program=$(cargo bench --bench speed --no-run 2>&1 | sed -n 's/.*(\(.*\)).*/\1/p' | tail -1)
-tr -d ' \n' < "$operations/json" | tr '{' '\n' |
-  sed -n 's/.*"name":"\([^"]*\)".*"operations":\([0-9]*\).*/\1 \2/p' > "$operations/list"
-printf '%-52s %10s %12s %8s %8s %8s  %s\n' "$robot, $cpu" operations instructions bytes loads stores registers
-objdump -d -C --no-show-raw-insn "$program" | awk -v robot="$robot" -v list="$operations/list" '
-  function flush(    wide) {
-    if (name == "") return
-    wide = z > y && z > x ? "zmm" : y > x ? "ymm" : "xmm"
-    printf "%-52s %10s %12d %8d %8d %8d  %s\n", name, count[name], n, last - first, loads, stores, wide
-  }
-  function hex(digits,    i, value) {
-    for (i = 1; i <= length(digits); i++) value = 16 * value + index("0123456789abcdef", substr(digits, i, 1)) - 1
-    return value
-  }
-  BEGIN { while ((getline line < list) > 0) { split(line, part, " "); count[part[1]] = part[2] } }
-  /^[0-9a-f]+ </ {
-    flush()
-    name = ""
-    if (match($0, "::" robot "::") && match($0, /[a-z_0-9]+_(program|part_[0-9]+)>/)) {
-      name = substr($0, RSTART, RLENGTH - 1)
-      sub(/_program$/, "", name)
-      # The entries that are not always zero belong to the function whose matrix they are of.
-      if (!(name in count)) { whole = name; sub(/_nonzeros$/, "", whole); count[name] = count[whole] }
-      first = hex($1)
-      n = loads = stores = x = y = z = 0
+root=$PWD robot=$1
+shift
+cpus=("$@")
+[ ${#cpus[@]} -gt 0 ] || cpus=(native)
+folder=$(mktemp -d)
+trap 'rm -r "$folder"' EXIT
+target=$(realpath -m "${CARGO_TARGET_DIR:-target}")/spills
+command=${BIPEDC:-cargo run --quiet --}
+# A crate of the bench alone: the derive macro is compiled once for all processors.
+bench=$target/crate
+mkdir -p "$bench"
+ln -sfn "$root/benches" "$bench/benches"
+cp Cargo.lock "$bench"
+cat > "$bench/Cargo.toml" <<TOML
+[package]
+name = "spills"
+version = "0.0.0"
+edition = "2024"
+
+[[bin]]
+name = "spills"
+path = "benches/speed.rs"
+
+[dependencies]
+bipedc-macros = { path = "$root/macros" }
+bipedc-runtime = { path = "$root/runtime/core", features = ["std"] }
+
+[profile.release.build-override]
+opt-level = 1
+
+[workspace]
+resolver = "1"
+TOML
+# The same functions as the bench's, for their numbers of operations.
+cp -r "benches/robots/$robot" "$folder/robot"
+functions=$(sed -n "/robots\/$robot\"/,/^])\]/p" benches/speed.rs | grep '^ *"' | tr -d '\n ')
+printf '\n[generate]\nfunctions = [%s]\n' "$functions" >> "$folder/robot/biped.toml"
+$command generate "$folder/robot" --out "$folder/crate" --runtime "$root/runtime/core" --json |
+  tr -d ' \n' | tr '{' '\n' | sed -n 's/.*"name":"\([^"]*\)".*"operations":\([0-9]*\).*/\1 \2/p' > "$folder/operations"
+host=$(rustc -vV | sed -n 's/^host: //p')
+for cpu in "${cpus[@]}"; do
+  RUSTFLAGS="-C target-cpu=$cpu -C symbol-mangling-version=v0 --cfg apart --cap-lints allow" \
+    cargo build --quiet --release --manifest-path "$bench/Cargo.toml" --target-dir "$target" --target "$host"
+  objdump -d -C --no-show-raw-insn "$target/$host/release/spills" | awk -v robot="$robot" -v cpu="$cpu" '
+    /^[0-9a-f]+ </ {
+      name = ""
+      # `apart::<spills::lower12_functions::bias_into, false, …>` and `spills::lower12::bias::bias_part_0::<f64>`.
+      if (match($0, "apart::<[a-z0-9_]+::" robot "_functions::[a-z0-9_]+(::[a-z0-9_]+)?, [01truefals]+")) {
+        split(substr($0, RSTART, RLENGTH), part, ", ")
+        name = part[1]
+        lanes = part[2] == "true"
+        sub(/.*::/, "", name)
+        sub(/_into$/, "", name)
+      } else if (match($0, "::" robot "::[a-z0-9_:]*::[a-z0-9_]+_(program|part_[0-9]+)::<.*")) {
+        name = substr($0, RSTART, RLENGTH)
+        lanes = name !~ /::<f64/
+        # What stores entries in the dense matrix is another function than what stores them alone.
+        dense = name ~ /_program<[A-Za-z0-9_:]*>::\{closure/
+        sub(/_(program|part_[0-9]+)::<.*/, "", name)
+        sub(/.*::/, "", name)
+        if (dense) sub(/_nonzeros$/, "", name)
+      }
+      if (name != "" && lanes) name = name ",in_lanes"
+      next
     }
-    next
+    name != "" && /^ / {
+      split($0, part, "\t")
+      if (part[2] ~ /^(int3|.*nop|data16|xchg +%ax,%ax)/) next
+      n[name]++
+      if (part[2] !~ /\(%rsp|\(%rbp/) next
+      if (part[2] ~ /^v?mov/ && part[2] ~ /\(%r[sb]p[^)]*\) *$/) stores[name]++; else loads[name]++
+    }
+    END { for (name in n) print cpu, n[name], loads[name] + 0, stores[name] + 0, name }' >> "$folder/counts"
+done
+awk -v robot="$robot" -v list="$folder/operations" '
+  BEGIN { while ((getline line < list) > 0) { split(line, part, " "); count[part[1]] = part[2] } }
+  {
+    name = $5
+    if (!($1 in order)) { order[$1] = ++cpus; cpu[cpus] = $1 }
+    if (!(name in seen)) { seen[name] = 1; names[++functions] = name }
+    for (k = 2; k <= 4; k++) { of[name, order[$1], k] = $k; sum[order[$1], k] += $k }
   }
-  name != "" && /^ / {
-    split($0, part, "\t")
-    if (part[2] ~ /^(int3|nop)/) next
-    sub(/^ +/, "", part[1])
-    last = hex(substr(part[1], 1, index(part[1], ":") - 1))
-    n++
-    if (part[2] ~ /\(%rsp|\(%rbp/) { if (part[2] ~ /\(%r[sb]p[^)]*\)$/ && part[2] ~ /^v?mov/) stores++; else loads++ }
-    if (part[2] ~ /%zmm/) z++; else if (part[2] ~ /%ymm/) y++; else if (part[2] ~ /%xmm/) x++
+  function row(name, operations,    c, label) {
+    label = name
+    sub(/,in_lanes/, ", in lanes", label)
+    printf "%-58s %10s", label, operations
+    for (c = 1; c <= cpus; c++) printf "  %8d %7d %7d", of[name, c, 2], of[name, c, 3], of[name, c, 4]
+    print ""
   }
-  END { flush() }' | sort
+  END {
+    printf "%-58s %10s", "", ""
+    for (c = 1; c <= cpus; c++) printf "  %-24s", cpu[c]
+    printf "\n%-58s %10s", robot, "operations"
+    for (c = 1; c <= cpus; c++) printf "  %8s %7s %7s", "instr.", "loads", "stores"
+    print ""
+    for (k = 1; k <= functions; k++) {
+      # Entries that are not always zero belong to the function whose matrix they are of.
+      whole = names[k]
+      sub(/,.*/, "", whole)
+      sub(/_nonzeros$/, "", whole)
+      row(names[k], count[whole])
+    }
+    for (c = 1; c <= cpus; c++) for (k = 2; k <= 4; k++) of["all of these", c, k] = sum[c, k]
+    row("all of these", "")
+  }' <(LC_ALL=C sort -s -k5,5 "$folder/counts")

@@ -203,6 +203,14 @@ pub fn lanes<R: Real, const L: usize, const NQ: usize, const NV: usize>(
     states.chunks_exact(L).map(packed).collect()
 }
 
+/// Calls the function that is named `F`, of one state or in lanes; inlined but for `spills.sh`, which counts its instructions.
+#[allow(clippy::extra_unused_type_parameters)]
+#[cfg_attr(apart, inline(never))]
+#[cfg_attr(not(apart), inline(always))]
+pub fn apart<F, const WIDE: bool>(f: &mut impl FnMut(usize), k: usize) {
+    f(k);
+}
+
 /// Keeps a result from being optimised away.
 pub fn used<T>(result: &mut T) {
     black_box(result);

@@ -53,6 +53,8 @@ pub struct Entry {
     pub scope: Scope,
     /// Order of execution that measured fastest.
     pub order: Order,
+    /// Emitted in an order that counts registers, both limbs' work as one, see [`Function::by_pairs`](super::Function::by_pairs).
+    pub by_pairs: bool,
     /// Not emitted unless the description names it: another function holds it already.
     pub on_demand: bool,
     /// Most entries are zero in every state: code holds the others alone, too.
@@ -73,6 +75,7 @@ impl Entry {
             source,
             scope: Scope::Robot,
             order: Order::Derivation,
+            by_pairs: false,
             on_demand: false,
             packed: false,
             derivation: Derivation::Robot(derive),
@@ -91,6 +94,7 @@ impl Entry {
             source,
             scope: Scope::Robot,
             order: Order::DepthFirst,
+            by_pairs: false,
             on_demand: false,
             packed: false,
             derivation,
@@ -108,6 +112,7 @@ impl Entry {
             source,
             scope: Scope::Contacts,
             order: Order::Derivation,
+            by_pairs: false,
             on_demand: false,
             packed: false,
             derivation: Derivation::Robot(derive),
@@ -125,6 +130,7 @@ impl Entry {
             source,
             scope: Scope::Frame,
             order: Order::Derivation,
+            by_pairs: false,
             on_demand: false,
             packed: false,
             derivation: Derivation::Frame(derive),
@@ -143,6 +149,11 @@ impl Entry {
 
     const fn ordered(mut self, order: Order) -> Self {
         self.order = order;
+        self
+    }
+
+    const fn by_pairs(mut self) -> Self {
+        self.by_pairs = true;
         self
     }
 
@@ -165,6 +176,7 @@ impl Entry {
             source,
             scope,
             order: Order::DepthFirst,
+            by_pairs: false,
             on_demand: false,
             packed: false,
             derivation,

@@ -278,6 +278,7 @@ fn function(graph: &Graph, (name, source, summary): Head, quantity: Quantity<'_>
         columns: quantity.column_names,
         row_units: quantity.row_units,
         packed: false,
+        by_pairs: false,
         operations: Operations::of(&program),
         program,
         notes: Vec::new(),

@@ -57,6 +57,8 @@ pub struct Function {
     pub row_units: Vec<String>,
     /// Most entries are zero in every state: code computes and stores the others alone, with a dense matrix on top.
     pub packed: bool,
+    /// Emitted code has the order of `program::schedule_pairs`: measured best where several processors are meant.
+    pub by_pairs: bool,
     /// What it computes.
     pub program: Program,
     /// How much work that is.
@@ -256,6 +258,7 @@ fn finish(graph: &Graph, entry: &Entry, subject: Option<String>, quantity: Quant
         rows: quantity.row_names,
         columns: quantity.column_names,
         row_units: quantity.row_units,
+        by_pairs: entry.by_pairs,
         packed: entry.packed && can_be_packed(&program),
         operations: Operations::of(&program),
         program,

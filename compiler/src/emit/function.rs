@@ -4,7 +4,7 @@ use super::program::{Head, Way, program};
 use super::sizes::Size;
 use super::text::Text;
 use crate::compile::{CompiledModel, Function};
-use crate::program::Paired;
+use crate::program::{Paired, schedule_pairs};
 use crate::tree::Twins;
 use proc_macro2::{Ident, Span};
 use quote::format_ident;
@@ -96,9 +96,18 @@ pub fn pairs_at_once(compiled: &CompiledModel) -> Vec<usize> {
     compiled.functions.iter().map(pairs).collect()
 }
 
+/// Instructions from which on an order by pairs gains: fewer of them find registers in any order. Nor does it where a program is cut
+/// into parts, which hand on what is alive.
+const MANY: usize = 300;
+
 /// The program and its public functions on nalgebra's static matrices.
 pub fn function(model: &CompiledModel, way: &Way<'_>, f: &Function, text: &mut Text) {
-    let Paired { program: ordered, pairs } = Paired::new(&f.program, way.twins);
+    let mut paired = Paired::new(&f.program, way.twins);
+    let worth_it = (MANY..=way.limit).contains(&paired.program.instructions.len());
+    if f.by_pairs && worth_it && paired.pairs.iter().any(Option::is_some) {
+        schedule_pairs(&mut paired);
+    }
+    let Paired { program: ordered, pairs } = paired;
     let f = &Function { program: ordered, ..f.clone() };
     let at_once = pairs.iter().flatten().count();
     documentation(model, f, at_once, text);

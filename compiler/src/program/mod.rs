@@ -23,7 +23,7 @@ pub use dual::Dual;
 pub use evaluate::Evaluator;
 pub use local::LocalFunction;
 pub use lower::{Order, lower};
-pub use schedule::schedule;
+pub use schedule::{schedule, schedule_pairs};
 pub use twins::{Pair, Paired, angles_by_twins};
 
 use crate::expression::{Call, Purpose};

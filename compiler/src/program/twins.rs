@@ -334,7 +334,7 @@ impl Walk<'_> {
 mod tests {
     use super::*;
     use crate::Robot;
-    use crate::program::Evaluator;
+    use crate::program::{Evaluator, schedule_pairs};
     use bipedc_runtime::{Argument, State};
     use std::path::Path;
 
@@ -378,9 +378,14 @@ mod tests {
         let state = Argument::ALL.into_iter().fold(State::new(), |state, a| state.with(a, of(a)));
         let twins = Twins::of(&model.tree);
         for f in &model.functions {
-            let paired = Paired::new(&f.program, &twins);
-            check(&paired, &f.name);
-            assert_eq!(results(&paired.program, &state), results(&f.program, &state), "{}", f.name);
+            let mut paired = Paired::new(&f.program, &twins);
+            let count = paired.pairs.iter().flatten().count();
+            for _ in 0..2 {
+                check(&paired, &f.name);
+                assert_eq!(paired.pairs.iter().flatten().count(), count, "{}", f.name);
+                assert_eq!(results(&paired.program, &state), results(&f.program, &state), "{}", f.name);
+                schedule_pairs(&mut paired);
+            }
         }
     }
 

@@ -81,327 +81,344 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
         q_left_ankle_roll,
     ]);
     let (
-        t0, t1, t2_3, t4_5, t6_7, t8_9, t10_11, t12_13, t14_15, t16_17, t18_19, t20_21, t22_23, t24_25, t26_27, t28_29,
-        t30_31, t32_33, t34_35, t36_37, t38_39, t40_41, t42_43, t44_45, t46_47, t48_49, t50_51, t52_53, t54_55, t56_57,
-        t58_59, t60_61, t62_63, t64_65, t66_67, t68_69, t70_71, t72_73, t74_75, t76_77, t78_79, t80_81, t82_83, t84_85,
-        t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105, t106_107, t108_109,
-        t110_111, t112_113, t114_115, t116_117, t118, t119, t120, t121, t122, t123, t124, t125, t126_127, t128_129,
-        t130_131, t132_133, t134_135, t136_137, t138_139, t140_141, t142_143, t144_145, t146_147, t148_149, t150_151,
-        t152_153, t154_155, t156_157, t158_159, t160_161, t162_163, t164_165, t166_167, t168_169, t170_171, t172_173,
-        t174_175, t176_177, t178_179, t180_181, t182_183, t184_185, t186_187, t188_189, t190_191, t192_193, t194_195,
-        t196_197, t198_199, t200_201, t202_203, t204_205, t206_207, t208_209, t210_211, t212_213, t214_215, t216_217,
-        t218_219, t220_221, t222_223, t224_225, t226_227, t228_229, t230_231, t232_233, t234_235, t236_237, t238_239,
-        t240_241, t242_243, t244_245, t246_247, t248_249, t250_251, t252_253, t254_255, t256_257, t258_259, t260_261,
-        t262_263, t264_265, t266_267, t268_269, t270_271, t272_273, t274_275, t276_277, t278_279, t280_281, t282_283,
-        t284_285, t286_287, t288_289, t290_291, t292_293, t294, t295, t296, t297, t298, t299, t300, t301, t302, t303,
-        t304, t305, t306, t307, t308, t309, t310, t311, t312, t313, t314, t315, t316, t317, t318, t319, t320, t321,
-        t322, t323, t324, t325, t326, t327, t328, t329, t330, t331, t332, t333, t334, t335, t336, t337, t338, t339,
-        t340, t341, t342, t343, t344, t345, t346, t347, t348, t349, t350, t351, t352, t353, t354, t355, t356, t357,
-        t358, t359, t360, t361_362, t363_364, t365_366, t367_368, t369_370, t371_372, t373_374, t375_376, t377_378,
-        t379_380, t381_382, t383_384, t385_386, t387_388, t389_390, t391_392, t393_394, t395_396, t397_398, t399_400,
-        t401_402, t403_404, t405_406, t407_408, t409, t410, t411, t412, t413, t414, t415, t416, t417, t418, t419, t420,
+        t0, t1_2, t3, t4_5, t6_7, t8_9, t10_11, t12, t13_14, t15_16, t17_18, t19_20, t21_22, t23_24, t25, t26_27,
+        t28_29, t30_31, t32_33, t34_35, t36_37, t38_39, t40_41, t42, t43_44, t45_46, t47_48, t49_50, t51_52, t53, t54,
+        t55_56, t57, t58_59, t60_61, t62_63, t64_65, t66_67, t68_69, t70_71, t72_73, t74_75, t76, t77, t78, t79, t80,
+        t81, t82_83, t84, t85_86, t87_88, t89_90, t91_92, t93_94, t95_96, t97_98, t99_100, t101_102, t103_104, t105,
+        t106, t107, t108, t109, t110, t111, t112_113, t114_115, t116_117, t118_119, t120_121, t122_123, t124_125,
+        t126_127, t128_129, t130_131, t132_133, t134_135, t136_137, t138_139, t140_141, t142_143, t144_145, t146_147,
+        t148_149, t150_151, t152_153, t154_155, t156_157, t158_159, t160_161, t162_163, t164_165, t166_167, t168_169,
+        t170_171, t172_173, t174_175, t176_177, t178_179, t180_181, t182_183, t184_185, t186_187, t188_189, t190_191,
+        t192_193, t194_195, t196_197, t198_199, t200, t201, t202, t203, t204, t205, t206, t207, t208_209, t210_211,
+        t212_213, t214_215, t216_217, t218_219, t220_221, t222_223, t224_225, t226_227, t228_229, t230_231, t232_233,
+        t234_235, t236, t237, t238_239, t240_241, t242_243, t244_245, t246_247, t248_249, t250_251, t252_253, t254_255,
+        t256, t257, t258_259, t260_261, t262_263, t264_265, t266_267, t268_269, t270_271, t272_273, t274_275, t276_277,
+        t278_279, t280_281, t282_283, t284_285, t286_287, t288_289, t290_291, t292_293, t294_295, t296_297, t298_299,
+        t300_301, t302_303, t304_305, t306_307, t308_309, t310_311, t312_313, t314_315, t316_317, t318_319, t320_321,
+        t322_323, t324_325, t326_327, t328, t329, t330, t331, t332, t333, t334_335, t336_337, t338_339, t340_341, t342,
+        t343, t344_345, t346_347, t348, t349, t350_351, t352_353, t354_355, t356_357, t358_359, t360_361, t362_363,
+        t364_365, t366_367, t368, t369, t370, t371, t372, t373, t374, t375, t376, t377, t378, t379, t380, t381, t382,
+        t383, t384, t385, t386, t387, t388, t389, t390, t391, t392_393, t394_395, t396_397, t398_399, t400, t401, t402,
+        t403, t404, t405, t406, t407, t408, t409, t410, t411, t412, t413, t414, t415, t416, t417, t418, t419, t420,
         t421,
     );
     t0 = v_base_angular_z * R::constant(0.075); // right_hip_yaw_link: velocity
-    t1 = v_base_angular_x * R::constant(0.075); // right_hip_yaw_link: velocity
+    t1_2 = both(v_base_angular_x) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
+    t3 = v_base_angular_x * R::constant(0.075); // right_hip_yaw_link: velocity
     // right_hip_yaw_link, left_hip_yaw_link: velocity
-    t2_3 = R::Two::fused(both(t0), two(R::constant(1.0), R::constant(-1.0)), both(v_base_linear_x));
-    t4_5 = R::Two::fused(both(t1), two(R::constant(-1.0), R::constant(1.0)), both(v_base_linear_z));
-    t6_7 = t2_3 * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
-    t8_9 = R::Two::fused(both(v_base_linear_y), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t6_7);
-    t10_11 = t2_3 * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
-    t12_13 = R::Two::fused(-both(v_base_linear_y), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t10_11);
-    t14_15 = both(v_base_angular_x) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
-    t16_17 = R::Two::fused(both(v_base_angular_y), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t14_15);
-    t18_19 = both(v_base_angular_x) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
-    t20_21 = R::Two::fused(-both(v_base_angular_y), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t18_19);
-    t22_23 = both(v_base_angular_z) + two(v_right_hip_yaw, v_left_hip_yaw);
+    t4_5 = both(v_base_angular_x) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
+    t6_7 = both(v_base_angular_z) + two(v_right_hip_yaw, v_left_hip_yaw);
+    // right_foot, left_foot: sums of what it carries
+    t8_9 = both(R::constant(0.0285)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t10_11 = both(R::constant(0.0285)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t12 = q_base_qy * R::constant(2.0); // torso: sums of what it carries
+    // right_hip_yaw_link, left_hip_yaw_link: velocity
+    t13_14 = R::Two::fused(both(t0), two(R::constant(1.0), R::constant(-1.0)), both(v_base_linear_x));
+    t15_16 = R::Two::fused(-both(v_base_angular_y), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1_2);
+    t17_18 = R::Two::fused(both(t3), two(R::constant(-1.0), R::constant(1.0)), both(v_base_linear_z));
+    t19_20 = R::Two::fused(both(v_base_angular_y), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t4_5);
+    // right_ankle, left_ankle: sums of what it carries
+    t21_22 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t8_9;
+    t23_24 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t8_9;
+    t25 = q_base_qz * R::constant(2.0); // torso: sums of what it carries
+    t26_27 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t10_11; // right_hip_roll_link, left_hip_roll_link
+    t28_29 = t13_14 * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link: velocity
+    t30_31 = t15_16 * two(sin_q_right_hip_roll, sin_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link
+    t32_33 = t13_14 * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link: velocity
     // right_hip_roll_link, left_hip_roll_link: velocity
-    t24_25 = t12_13 * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
-    t26_27 = R::Two::fused(-t4_5, two(sin_q_right_hip_roll, sin_q_left_hip_roll), t24_25);
-    t28_29 = t12_13 * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
-    t30_31 = R::Two::fused(t4_5, two(cos_q_right_hip_roll, cos_q_left_hip_roll), t28_29);
-    t32_33 = t20_21 * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
-    t34_35 = R::Two::fused(-t22_23, two(sin_q_right_hip_roll, sin_q_left_hip_roll), t32_33);
-    t36_37 = t20_21 * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
-    t38_39 = R::Two::fused(t22_23, two(cos_q_right_hip_roll, cos_q_left_hip_roll), t36_37);
-    t40_41 = t16_17 + two(v_right_hip_roll, v_left_hip_roll);
+    t34_35 = t15_16 * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
+    t36_37 = t19_20 + two(v_right_hip_roll, v_left_hip_roll);
+    // right_ankle, left_ankle: sums of what it carries
+    t38_39 = R::Two::fused(both(R::constant(0.0171)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t21_22);
+    t40_41 = R::Two::fused(both(R::constant(-0.0171)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t23_24);
+    t42 = R::constant(19.0) * v_base_linear_x; // torso: momentum
+    t43_44 = R::Two::fused(-both(v_base_linear_y), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t28_29);
+    t45_46 = R::Two::fused(t6_7, two(cos_q_right_hip_roll, cos_q_left_hip_roll), t30_31);
+    t47_48 = R::Two::fused(both(v_base_linear_y), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t32_33);
+    t49_50 = R::Two::fused(-t6_7, two(sin_q_right_hip_roll, sin_q_left_hip_roll), t34_35);
+    t51_52 = both(R::constant(0.29034)) + t38_39;
+    t53 = R::constant(2.444) * v_base_linear_y; // torso: momentum
+    t54 = R::fused(R::constant(2.444), v_base_angular_y, t42); // torso: momentum
+    t55_56 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t10_11; // right_hip_roll_link, left_hip_roll_link
+    t57 = R::fused(R::constant(-1.4977057904), v_base_angular_x, t53); // torso: momentum
+    // right_hip_roll_link, left_hip_roll_link: velocity
+    t58_59 = t43_44 * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
+    t60_61 = t43_44 * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
+    t62_63 = R::Two::fused(-t17_18, two(sin_q_right_hip_roll, sin_q_left_hip_roll), t58_59);
+    t64_65 = R::Two::fused(t17_18, two(cos_q_right_hip_roll, cos_q_left_hip_roll), t60_61);
     // right_upper_leg, left_upper_leg: velocity
-    t42_43 = t30_31 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    t44_45 = R::Two::fused(t8_9, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t42_43);
-    t46_47 = t30_31 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
-    t48_49 = R::Two::fused(-t8_9, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t46_47);
-    t50_51 = t38_39 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    t52_53 = R::Two::fused(t40_41, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t50_51);
-    t54_55 = t38_39 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
-    t56_57 = R::Two::fused(-t40_41, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t54_55);
-    t58_59 = t34_35 - two(v_right_hip_pitch, v_left_hip_pitch);
-    // right_lower_leg, left_lower_leg: velocity
-    t60_61 = R::Two::fused(t58_59, both(R::constant(-0.315)), t48_49);
-    t62_63 = R::Two::fused(t56_57, both(R::constant(0.315)), t26_27);
-    t64_65 = t44_45 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
-    t66_67 = R::Two::fused(-t60_61, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t64_65);
-    t68_69 = t44_45 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
-    t70_71 = R::Two::fused(t60_61, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t68_69);
-    t72_73 = t52_53 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
-    t74_75 = R::Two::fused(-t56_57, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t72_73);
-    t76_77 = t52_53 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
-    t78_79 = R::Two::fused(t56_57, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t76_77);
-    t80_81 = t58_59 - two(v_right_knee_pitch, v_left_knee_pitch);
-    // right_ankle, left_ankle: velocity
-    t82_83 = R::Two::fused(t80_81, both(R::constant(-0.273)), t70_71);
-    t84_85 = R::Two::fused(t78_79, both(R::constant(0.273)), t62_63);
-    t86_87 = t66_67 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    t88_89 = R::Two::fused(-t82_83, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t86_87);
-    t90_91 = t66_67 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t92_93 = R::Two::fused(t82_83, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t90_91);
-    t94_95 = t74_75 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    t96_97 = R::Two::fused(-t78_79, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t94_95);
-    t98_99 = t74_75 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t100_101 = R::Two::fused(t78_79, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t98_99);
-    t102_103 = t80_81 - two(v_right_ankle_pitch, v_left_ankle_pitch);
-    // right_foot, left_foot: velocity
-    t104_105 = t84_85 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    t106_107 = R::Two::fused(-t88_89, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t104_105);
-    t108_109 = t102_103 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    t110_111 = R::Two::fused(-t96_97, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t108_109);
-    t112_113 = t102_103 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t114_115 = R::Two::fused(t96_97, two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t112_113);
-    t116_117 = t100_101 - two(v_right_ankle_roll, v_left_ankle_roll);
+    t66_67 = t45_46 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t68_69 = t45_46 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    t70_71 = R::Two::fused(t36_37, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t66_67);
+    t72_73 = R::Two::fused(-t36_37, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t68_69);
+    t74_75 = t49_50 - two(v_right_hip_pitch, v_left_hip_pitch);
     // torso: momentum
-    t118 = R::constant(19.0) * v_base_linear_x;
-    t119 = R::constant(19.0) * v_base_linear_y;
-    t120 = R::fused(R::constant(2.444), v_base_angular_y, t118);
-    t121 = R::fused(R::constant(-2.444), v_base_angular_x, t119);
-    t122 = R::constant(2.444) * v_base_linear_y;
-    t123 = R::constant(2.444) * v_base_linear_x;
-    t124 = R::fused(R::constant(-1.4977057904), v_base_angular_x, t122);
-    t125 = R::fused(R::constant(1.3994107904), v_base_angular_y, t123);
+    t76 = R::constant(19.0) * v_base_linear_y;
+    t77 = R::fused(R::constant(-2.444), v_base_angular_x, t76);
+    t78 = R::constant(2.444) * v_base_linear_x;
+    t79 = R::fused(R::constant(1.3994107904), v_base_angular_y, t78);
+    t80 = q_base_qx * R::constant(2.0); // torso: sums of what it carries
+    t81 = q_base_qy * t12; // torso: sums of what it carries
+    t82_83 = t74_75 - two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: velocity
+    t84 = q_base_qz * t25; // torso: sums of what it carries
+    // right_upper_leg, left_upper_leg: velocity
+    t85_86 = t64_65 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t87_88 = t64_65 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    t89_90 = R::Two::fused(t47_48, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t85_86);
+    t91_92 = R::Two::fused(-t47_48, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t87_88);
+    // right_lower_leg, left_lower_leg: velocity
+    t93_94 = R::Two::fused(t72_73, both(R::constant(0.315)), t62_63);
+    t95_96 = t70_71 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
+    t97_98 = R::Two::fused(-t72_73, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t95_96);
+    t99_100 = t70_71 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
+    t101_102 = R::Two::fused(t72_73, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t99_100);
+    t103_104 = t82_83 - two(v_right_ankle_pitch, v_left_ankle_pitch); // right_ankle, left_ankle: velocity
+    // torso: sums of what it carries
+    t105 = q_base_qx * t80;
+    t106 = q_base_qw * t80;
+    t107 = q_base_qx * t12;
+    t108 = q_base_qw * t12;
+    t109 = q_base_qx * t25;
+    t110 = q_base_qy * t25;
+    t111 = q_base_qw * t25;
+    t112_113 = R::Two::fused(t74_75, both(R::constant(-0.315)), t91_92); // right_lower_leg, left_lower_leg: velocity
     // right_upper_leg, left_upper_leg: momentum
-    t126_127 = both(R::constant(0.8932)) * t48_49;
-    t128_129 = R::Two::fused(both(R::constant(-0.24091175)), t58_59, t126_127);
-    // right_lower_leg, left_lower_leg: momentum
-    t130_131 = both(R::constant(0.29034)) * t70_71;
-    t132_133 = R::Two::fused(both(R::constant(-0.06634781167)), t80_81, t130_131);
+    t114_115 = both(R::constant(0.8932)) * t91_92;
+    t116_117 = R::Two::fused(both(R::constant(-0.24091175)), t74_75, t114_115);
+    // right_lower_leg, left_lower_leg: velocity
+    t118_119 = t89_90 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
+    t120_121 = t89_90 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
+    t122_123 = R::Two::fused(-t112_113, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t118_119);
+    t124_125 = R::Two::fused(t112_113, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t120_121);
+    // right_ankle, left_ankle: velocity
+    t126_127 = R::Two::fused(t101_102, both(R::constant(0.273)), t93_94);
+    t128_129 = t97_98 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t130_131 = R::Two::fused(-t101_102, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t128_129);
+    t132_133 = t97_98 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t134_135 = R::Two::fused(t101_102, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t132_133);
+    // right_foot, left_foot: velocity
+    t136_137 = t134_135 - two(v_right_ankle_roll, v_left_ankle_roll);
+    t138_139 = t103_104 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t140_141 = R::Two::fused(-t130_131, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t138_139);
+    t142_143 = t126_127 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
     // right_ankle, left_ankle: momentum
-    t134_135 = both(R::constant(0.0171)) * t96_97;
-    t136_137 = both(R::constant(0.0171)) * t102_103;
-    t138_139 = both(R::constant(0.0171)) * t88_89;
-    t140_141 = both(R::constant(0.0171)) * t84_85;
-    t142_143 = R::Two::fused(both(R::constant(0.00383375)), t102_103, t138_139);
-    t144_145 = R::Two::fused(both(R::constant(-0.00382375)), t96_97, t140_141);
+    t144_145 = both(R::constant(0.0171)) * t126_127;
+    t146_147 = R::Two::fused(both(R::constant(-0.00382375)), t130_131, t144_145);
+    // right_foot, left_foot: velocity
+    t148_149 = t103_104 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t150_151 = R::Two::fused(t130_131, two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t148_149);
+    t152_153 = both(R::constant(0.0171)) * t130_131; // right_ankle, left_ankle: momentum
+    t154_155 = R::Two::fused(t82_83, both(R::constant(-0.273)), t124_125); // right_ankle, left_ankle: velocity
+    // right_lower_leg, left_lower_leg: momentum
+    t156_157 = both(R::constant(0.29034)) * t124_125;
+    t158_159 = R::Two::fused(both(R::constant(-0.06634781167)), t82_83, t156_157);
+    // right_ankle, left_ankle: velocity
+    t160_161 = t122_123 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t162_163 = t122_123 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t164_165 = R::Two::fused(-t154_155, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t160_161);
+    t166_167 = R::Two::fused(t154_155, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t162_163);
+    t168_169 = R::Two::fused(-t164_165, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t142_143);
+    t170_171 = both(R::constant(0.0171)) * t164_165; // right_ankle, left_ankle: momentum
+    t172_173 = both(R::constant(0.0285)) * t166_167; // right_foot, left_foot: momentum
+    // right_ankle, left_ankle: momentum
+    t174_175 = R::Two::fused(both(R::constant(0.00383375)), t103_104, t170_171);
+    t176_177 = both(R::constant(0.0171)) * t103_104;
     // right_foot, left_foot: momentum
-    t146_147 = both(R::constant(0.0285)) * t110_111;
-    t148_149 = both(R::constant(0.0285)) * t116_117;
-    t150_151 = both(R::constant(0.0285)) * t92_93;
-    t152_153 = both(R::constant(0.00207575)) * t116_117;
-    t154_155 = R::Two::fused(both(R::constant(-0.000855)), t114_115, t152_153);
-    t156_157 = both(R::constant(0.000855)) * t116_117;
-    t158_159 = R::Two::fused(both(R::constant(0.0285)), t106_107, t154_155);
-    t160_161 = R::Two::fused(both(R::constant(-0.00092625)), t110_111, t150_151);
+    t178_179 = R::Two::fused(both(R::constant(-0.00092625)), t140_141, t172_173);
+    t180_181 = both(R::constant(0.0285)) * t140_141;
+    t182_183 = both(R::constant(0.0285)) * t136_137;
     // right_foot, left_foot: sums of what it carries
-    t162_163 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t160_161;
-    t164_165 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t156_157, t162_163);
-    t166_167 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t160_161;
-    t168_169 = R::Two::fused(-two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t156_157, t166_167);
-    t170_171 = R::Two::fused(-two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t148_149, t134_135);
-    t172_173 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t148_149, t136_137);
-    t174_175 = t142_143 - t164_165;
-    t176_177 = t144_145 - t168_169;
-    // right_ankle, left_ankle: sums of what it carries
-    t178_179 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t172_173;
-    t180_181 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t146_147, t178_179);
-    t182_183 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t172_173;
-    t184_185 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t146_147, t182_183);
-    t186_187 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t176_177;
-    t188_189 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t158_159, t186_187);
-    t190_191 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t176_177;
-    t192_193 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t158_159, t190_191);
-    t194_195 = R::Two::fused(both(R::constant(0.29034)), t80_81, t184_185);
-    t196_197 = R::Two::fused(both(R::constant(0.29034)), t78_79, -t170_171);
-    t198_199 = R::Two::fused(both(R::constant(0.29034)), t62_63, t192_193);
-    t200_201 = t132_133 - t174_175;
-    t202_203 = R::Two::fused(both(R::constant(0.065449478333)), t74_75, t188_189);
-    t204_205 = R::Two::fused(both(R::constant(-0.273)), t170_171, t198_199);
-    t206_207 = R::Two::fused(both(R::constant(-0.273)), t184_185, t200_201);
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t208_209 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t180_181;
-    t210_211 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t194_195, t208_209);
-    t212_213 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t180_181;
-    t214_215 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t194_195, t212_213);
-    t216_217 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t202_203;
-    t218_219 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t204_205, t216_217);
-    t220_221 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t202_203;
-    t222_223 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t204_205, t220_221);
-    t224_225 = R::Two::fused(both(R::constant(0.8932)), t58_59, t214_215);
-    t226_227 = R::Two::fused(both(R::constant(0.8932)), t56_57, t196_197);
-    t228_229 = R::Two::fused(both(R::constant(0.8932)), t26_27, t222_223);
-    t230_231 = t128_129 + t206_207;
-    t232_233 = R::Two::fused(both(R::constant(0.23740175003)), t52_53, t218_219);
-    t234_235 = R::Two::fused(both(R::constant(0.315)), t196_197, t228_229);
-    t236_237 = R::Two::fused(both(R::constant(-0.315)), t214_215, t230_231);
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t238_239 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t210_211;
-    t240_241 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t224_225, t238_239);
-    t242_243 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t210_211;
-    t244_245 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t224_225, t242_243);
-    t246_247 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t232_233;
-    t248_249 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t234_235, t246_247);
-    t250_251 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t232_233;
-    t252_253 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t234_235, t250_251);
-    t254_255 = R::Two::fused(both(R::constant(0.3067920617)), t40_41, -t252_253);
-    t256_257 = R::Two::fused(both(R::constant(0.3067820617)), t34_35, t236_237);
-    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t258_259 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t226_227;
-    t260_261 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t240_241, t258_259);
-    t262_263 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t226_227;
-    t264_265 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t240_241, t262_263);
-    t266_267 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t256_257;
-    t268_269 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t248_249, t266_267);
-    t270_271 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t256_257;
-    t272_273 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t248_249, t270_271);
-    t274_275 = R::Two::fused(both(R::constant(0.3067920617)), t16_17, -t254_255);
-    t276_277 = R::Two::fused(both(R::constant(0.3068020617)), t22_23, t272_273);
-    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t278_279 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t244_245;
-    t280_281 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t260_261, t278_279);
-    t282_283 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t244_245;
-    t284_285 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t260_261, t282_283);
-    t286_287 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t274_275;
-    t288_289 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t268_269, t286_287);
-    t290_291 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t274_275;
-    t292_293 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t268_269, t290_291);
-    // left_hip_yaw_link: sums of what it carries
-    t294 = t120 + t280_281.second();
-    t295 = t121 + t284_285.second();
-    t296 = R::fused(R::constant(19.0), v_base_linear_z, -t264_265.second());
-    t297 = t124 + t288_289.second();
-    t298 = t125 - t292_293.second();
-    t299 = R::fused(R::constant(0.154455), v_base_angular_z, t276_277.second());
-    t300 = R::fused(R::constant(0.075), t264_265.second(), t297);
-    t301 = R::fused(R::constant(-0.075), t280_281.second(), t299);
-    // right_hip_yaw_link: sums of what it carries
-    t302 = t294 + t280_281.first();
-    t303 = t295 + t284_285.first();
-    t304 = t264_265.first() - t296;
-    t305 = t300 + t288_289.first();
-    t306 = t298 - t292_293.first();
-    t307 = t276_277.first() + t301;
-    t308 = R::fused(R::constant(-0.075), t264_265.first(), t305);
-    t309 = R::fused(R::constant(0.075), t280_281.first(), t307);
+    t184_185 = R::Two::fused(-two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t182_183, t152_153);
+    t186_187 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t182_183, t176_177);
+    t188_189 = R::Two::fused(both(R::constant(0.29034)), t101_102, -t184_185); // right_ankle, left_ankle
+    t190_191 = R::Two::fused(both(R::constant(0.8932)), t72_73, t188_189); // right_lower_leg, left_lower_leg
+    // right_foot, left_foot: momentum
+    t192_193 = both(R::constant(0.00207575)) * t136_137;
+    t194_195 = R::Two::fused(both(R::constant(-0.000855)), t150_151, t192_193);
+    t196_197 = R::Two::fused(both(R::constant(0.0285)), t168_169, t194_195);
+    t198_199 = both(R::constant(0.000855)) * t136_137;
     // torso: sums of what it carries
-    t310 = q_base_qx * R::constant(2.0);
-    t311 = q_base_qy * R::constant(2.0);
-    t312 = q_base_qz * R::constant(2.0);
-    t313 = q_base_qx * t310;
-    t314 = q_base_qy * t311;
-    t315 = q_base_qz * t312;
-    t316 = q_base_qx * t311;
-    t317 = q_base_qx * t312;
-    t318 = q_base_qy * t312;
-    t319 = q_base_qw * t310;
-    t320 = q_base_qw * t311;
-    t321 = q_base_qw * t312;
-    t322 = t314 + t315;
-    t323 = R::constant(1.0) - t322;
-    t324 = t316 - t321;
-    t325 = t317 + t320;
-    t326 = t316 + t321;
-    t327 = t313 + t315;
-    t328 = R::constant(1.0) - t327;
-    t329 = t318 - t319;
-    t330 = t317 - t320;
-    t331 = t318 + t319;
-    t332 = t313 + t314;
-    t333 = R::constant(1.0) - t332;
-    t334 = t302 * t323;
-    t335 = R::fused(t303, t324, t334);
-    t336 = R::fused(-t304, t325, t335);
-    t337 = t302 * t326;
-    t338 = R::fused(t303, t328, t337);
-    t339 = R::fused(-t304, t329, t338);
-    t340 = t302 * t330;
-    t341 = R::fused(t303, t331, t340);
-    t342 = R::fused(-t304, t333, t341);
-    t343 = t308 * t323;
-    t344 = R::fused(-t306, t324, t343);
-    t345 = R::fused(-t309, t325, t344);
-    t346 = t308 * t326;
-    t347 = R::fused(-t306, t328, t346);
-    t348 = R::fused(-t309, t329, t347);
-    t349 = t308 * t330;
-    t350 = R::fused(-t306, t331, t349);
-    t351 = R::fused(-t309, t333, t350);
-    t352 = t342 * q_base_y;
-    t353 = R::fused(-t339, q_base_z, t352);
-    t354 = t336 * q_base_z;
-    t355 = R::fused(-t342, q_base_x, t354);
-    t356 = t339 * q_base_x;
-    t357 = R::fused(-t336, q_base_y, t356);
-    t358 = t345 - t353;
-    t359 = t348 - t355;
-    t360 = t351 - t357;
+    t200 = t81 + t84;
+    t201 = t105 + t84;
+    t202 = t105 + t81;
+    t203 = R::constant(1.0) - t200;
+    t204 = R::constant(1.0) - t201;
+    t205 = R::constant(1.0) - t202;
+    t206 = t107 - t111;
+    t207 = t107 + t111;
+    // right_ankle, left_ankle: sums of what it carries
+    t208_209 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t186_187;
+    t210_211 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t186_187;
+    t212_213 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t180_181, t208_209);
+    t214_215 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t180_181, t210_211);
+    t216_217 = R::Two::fused(both(R::constant(0.29034)), t82_83, t214_215);
     // right_foot, left_foot: sums of what it carries
-    t361_362 = both(R::constant(0.0285)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t363_364 = both(R::constant(0.0285)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t218_219 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t178_179;
+    t220_221 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t178_179;
+    t222_223 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t198_199, t218_219);
+    t224_225 = R::Two::fused(-two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t198_199, t220_221);
+    t226_227 = t174_175 - t222_223;
+    t228_229 = t146_147 - t224_225;
     // right_ankle, left_ankle: sums of what it carries
-    t365_366 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t363_364;
-    t367_368 = R::Two::fused(both(R::constant(0.0171)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t365_366);
-    t369_370 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t363_364;
-    t371_372 = R::Two::fused(both(R::constant(-0.0171)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t369_370);
-    t373_374 = both(R::constant(0.29034)) + t367_368;
+    t230_231 = t158_159 - t226_227;
+    t232_233 = R::Two::fused(both(R::constant(-0.273)), t214_215, t230_231);
+    t234_235 = t116_117 + t232_233; // right_lower_leg, left_lower_leg: sums of what it carries
+    t236 = t109 + t108; // torso: sums of what it carries
+    t237 = t109 - t108; // torso: sums of what it carries
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t375_376 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t373_374;
-    t377_378 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t371_372, t375_376);
-    t379_380 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t373_374;
-    t381_382 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t371_372, t379_380);
-    t383_384 = both(R::constant(0.8932)) + t377_378;
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t385_386 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t383_384;
-    t387_388 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t381_382, t385_386);
-    t389_390 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t383_384;
-    t391_392 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t381_382, t389_390);
+    t238_239 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t212_213;
+    t240_241 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t212_213;
+    t242_243 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t216_217, t238_239);
+    t244_245 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t216_217, t240_241);
+    t246_247 = R::Two::fused(both(R::constant(0.8932)), t74_75, t244_245);
+    t248_249 = R::Two::fused(both(R::constant(-0.315)), t244_245, t234_235);
+    t250_251 = R::Two::fused(both(R::constant(0.3067820617)), t49_50, t248_249); // right_upper_leg, left_upper_leg
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t393_394 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t361_362;
-    t395_396 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t387_388, t393_394);
-    t397_398 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t361_362;
-    t399_400 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t387_388, t397_398);
+    t252_253 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t190_191;
+    t254_255 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t190_191;
+    t256 = t110 - t106; // torso: sums of what it carries
+    t257 = t110 + t106; // torso: sums of what it carries
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t258_259 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t51_52;
+    t260_261 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t51_52;
+    t262_263 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t40_41, t258_259);
+    t264_265 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t40_41, t260_261);
+    t266_267 = both(R::constant(0.8932)) + t262_263;
+    // right_ankle, left_ankle: sums of what it carries
+    t268_269 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t228_229;
+    t270_271 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t228_229;
+    t272_273 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t196_197, t268_269);
+    t274_275 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t196_197, t270_271);
+    t276_277 = R::Two::fused(both(R::constant(0.065449478333)), t97_98, t272_273);
+    t278_279 = R::Two::fused(both(R::constant(0.29034)), t93_94, t274_275);
+    t280_281 = R::Two::fused(both(R::constant(-0.273)), t184_185, t278_279);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t282_283 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t242_243;
+    t284_285 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t242_243;
+    t286_287 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t246_247, t282_283);
+    t288_289 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t246_247, t284_285);
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t290_291 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t286_287, t252_253);
+    t292_293 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t286_287, t254_255);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t294_295 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t266_267;
+    t296_297 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t266_267;
+    t298_299 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t264_265, t294_295);
+    t300_301 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t264_265, t296_297);
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t302_303 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t298_299, t26_27);
+    t304_305 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t298_299, t55_56);
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t306_307 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t276_277;
+    t308_309 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t276_277;
+    t310_311 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t280_281, t306_307);
+    t312_313 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t280_281, t308_309);
+    t314_315 = R::Two::fused(both(R::constant(0.8932)), t62_63, t312_313);
+    t316_317 = R::Two::fused(both(R::constant(0.23740175003)), t70_71, t310_311);
+    t318_319 = R::Two::fused(both(R::constant(0.315)), t188_189, t314_315);
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t401_402 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t391_392;
-    t403_404 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t395_396, t401_402);
-    t405_406 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t391_392;
-    t407_408 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t395_396, t405_406);
-    t409 = R::constant(2.444) + t399_400.second(); // left_hip_yaw_link: sums of what it carries
-    t410 = t403_404.second() + t403_404.first(); // right_hip_yaw_link: sums of what it carries
-    t411 = t407_408.second() + t407_408.first(); // right_hip_yaw_link: sums of what it carries
-    t412 = t399_400.first() + t409; // right_hip_yaw_link: sums of what it carries
+    t320_321 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t288_289;
+    t322_323 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t288_289;
+    t324_325 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t290_291, t320_321);
+    t326_327 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t290_291, t322_323);
+    t328 = t54 + t324_325.second(); // left_hip_yaw_link: sums of what it carries
+    t329 = t77 + t326_327.second(); // left_hip_yaw_link: sums of what it carries
+    t330 = t329 + t326_327.first(); // right_hip_yaw_link: sums of what it carries
+    t331 = t328 + t324_325.first(); // right_hip_yaw_link: sums of what it carries
+    t332 = R::fused(R::constant(19.0), v_base_linear_z, -t292_293.second()); // left_hip_yaw_link
+    t333 = t292_293.first() - t332; // right_hip_yaw_link: sums of what it carries
+    t334_335 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t300_301;
+    t336_337 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t300_301;
+    t338_339 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t302_303, t334_335);
+    t340_341 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t302_303, t336_337);
+    t342 = t338_339.second() + t338_339.first(); // right_hip_yaw_link: sums of what it carries
+    t343 = t340_341.second() + t340_341.first(); // right_hip_yaw_link: sums of what it carries
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t344_345 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t250_251;
+    t346_347 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t250_251;
+    t348 = R::constant(2.444) + t304_305.second(); // left_hip_yaw_link: sums of what it carries
+    t349 = t304_305.first() + t348; // right_hip_yaw_link: sums of what it carries
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t350_351 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t316_317;
+    t352_353 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t316_317;
+    t354_355 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t318_319, t350_351);
+    t356_357 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t318_319, t352_353);
+    t358_359 = R::Two::fused(both(R::constant(0.3067920617)), t36_37, -t356_357);
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t360_361 = R::Two::fused(both(R::constant(0.3067920617)), t19_20, -t358_359);
+    t362_363 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t354_355, t344_345);
+    t364_365 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t354_355, t346_347);
+    t366_367 = R::Two::fused(both(R::constant(0.3068020617)), t6_7, t364_365);
     // torso: sums of what it carries
-    t413 = t323 * t410;
-    t414 = R::fused(t324, t411, t413);
-    t415 = R::fused(-t325, t412, t414);
-    t416 = t326 * t410;
-    t417 = R::fused(t328, t411, t416);
-    t418 = R::fused(-t329, t412, t417);
-    t419 = t330 * t410;
-    t420 = R::fused(t331, t411, t419);
-    t421 = R::fused(-t333, t412, t420);
+    t368 = t331 * t203;
+    t369 = R::fused(t330, t206, t368);
+    t370 = R::fused(-t333, t236, t369);
+    t371 = t331 * t207;
+    t372 = t331 * t237;
+    t373 = R::fused(t330, t204, t371);
+    t374 = R::fused(t330, t257, t372);
+    t375 = R::fused(-t333, t256, t373);
+    t376 = R::fused(-t333, t205, t374);
+    t377 = t203 * t342;
+    t378 = R::fused(t206, t343, t377);
+    t379 = R::fused(-t236, t349, t378);
+    t380 = R::fused(R::constant(-19.0), q_base_x, t379);
+    t381 = R::constant(0.05263157894736842) * t380; // centre of mass
+    t382 = t207 * t342;
+    t383 = t237 * t342;
+    t384 = R::fused(t204, t343, t382);
+    t385 = R::fused(t257, t343, t383);
+    t386 = R::fused(-t256, t349, t384);
+    t387 = R::fused(-t205, t349, t385);
+    t388 = R::fused(R::constant(-19.0), q_base_y, t386);
+    t389 = R::fused(R::constant(-19.0), q_base_z, t387);
+    t390 = R::constant(0.05263157894736842) * t388; // centre of mass
+    t391 = R::constant(0.05263157894736842) * t389; // centre of mass
+    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
+    t392_393 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t360_361;
+    t394_395 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t360_361;
+    t396_397 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t362_363, t392_393);
+    t398_399 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t362_363, t394_395);
+    t400 = t57 + t396_397.second(); // left_hip_yaw_link: sums of what it carries
+    t401 = t79 - t398_399.second(); // left_hip_yaw_link: sums of what it carries
+    t402 = t401 - t398_399.first(); // right_hip_yaw_link: sums of what it carries
+    t403 = R::fused(R::constant(0.075), t292_293.second(), t400); // left_hip_yaw_link: sums of what it carries
+    t404 = t403 + t396_397.first(); // right_hip_yaw_link: sums of what it carries
+    t405 = R::fused(R::constant(-0.075), t292_293.first(), t404); // right_hip_yaw_link: sums of what it carries
+    // torso: sums of what it carries
+    t406 = t405 * t203;
+    t407 = R::fused(-t402, t206, t406);
+    t408 = t405 * t207;
+    t409 = t405 * t237;
+    t410 = R::fused(-t402, t204, t408);
+    t411 = R::fused(-t402, t257, t409);
+    t412 = R::fused(R::constant(0.154455), v_base_angular_z, t366_367.second()); // left_hip_yaw_link
+    t413 = t376 * q_base_y;
+    t414 = R::fused(R::constant(-0.075), t324_325.second(), t412); // left_hip_yaw_link: sums of what it carries
+    t415 = t366_367.first() + t414; // right_hip_yaw_link: sums of what it carries
+    t416 = t370 * q_base_z;
+    t417 = R::fused(R::constant(0.075), t324_325.first(), t415); // right_hip_yaw_link: sums of what it carries
+    t418 = t375 * q_base_x;
+    t419 = R::fused(-t417, t236, t407);
+    t420 = R::fused(-t375, q_base_z, t413);
+    t421 = t375 * t381; // moment about the centre of mass
     let (t422, t423, t424, t425, t426, t427, t428, t429, t430, t431, t432, t433, t434, t435, t436);
-    t422 = R::fused(R::constant(-19.0), q_base_x, t415);
-    t423 = R::fused(R::constant(-19.0), q_base_y, t418);
-    t424 = R::fused(R::constant(-19.0), q_base_z, t421);
-    t425 = R::constant(0.05263157894736842) * t422; // centre of mass
-    t426 = R::constant(0.05263157894736842) * t423; // centre of mass
-    t427 = R::constant(0.05263157894736842) * t424; // centre of mass
+    t422 = R::fused(-t417, t256, t410);
+    t423 = R::fused(-t376, q_base_x, t416);
+    t424 = R::fused(-t370, q_base_y, t418);
+    t425 = t376 * t390; // moment about the centre of mass
+    t426 = R::fused(-t417, t205, t411);
     // moment about the centre of mass
-    t428 = t342 * t426;
-    t429 = R::fused(-t339, t427, t428);
-    t430 = t336 * t427;
-    t431 = R::fused(-t342, t425, t430);
-    t432 = t339 * t425;
-    t433 = R::fused(-t336, t426, t432);
-    t434 = t429 - t358;
-    t435 = t431 - t359;
-    t436 = t433 - t360;
-    *out = [[t336, t339, t342, t434, t435, t436]];
+    t427 = t370 * t391;
+    t428 = R::fused(-t370, t390, t421);
+    t429 = R::fused(-t375, t391, t425);
+    t430 = R::fused(-t376, t381, t427);
+    t431 = t419 - t420; // torso: sums of what it carries
+    t432 = t422 - t423; // torso: sums of what it carries
+    t433 = t426 - t424; // torso: sums of what it carries
+    t434 = t429 - t431;
+    t435 = t430 - t432;
+    t436 = t428 - t433;
+    *out = [[t370, t375, t376, t434, t435, t436]];
 }
 }

@@ -114,2100 +114,2126 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
         q_left_ankle_roll,
     ]);
     let (
-        t0, t1, t2, t3, t4, t5, t6, t7, t8, t9, t10, t11, t12, t13, t14, t15, t16, t17, t18, t19, t20, t21, t22_23,
-        t24_25, t26, t27, t28, t29, t30, t31, t32, t33, t34, t35, t36, t37_38, t39_40, t41_42, t43, t44, t45, t46, t47,
-        t48, t49, t50, t51, t52, t53_54, t55_56, t57_58, t59_60, t61_62, t63_64, t65_66, t67_68, t69_70, t71_72, t73_74,
-        t75_76, t77_78, t79_80, t81_82, t83_84, t85_86, t87_88, t89_90, t91_92, t93_94, t95_96, t97_98, t99_100,
-        t101_102, t103_104, t105_106, t107_108, t109_110, t111_112, t113_114, t115_116, t117_118, t119_120, t121_122,
-        t123_124, t125_126, t127_128, t129_130, t131_132, t133_134, t135_136, t137_138, t139_140, t141_142, t143_144,
-        t145_146, t147_148, t149_150, t151_152, t153_154, t155_156, t157_158, t159_160, t161, t162_163, t164_165, t166,
-        t167, t168, t169_170, t171_172, t173_174, t175_176, t177_178, t179_180, t181_182, t183_184, t185_186, t187_188,
-        t189_190, t191_192, t193_194, t195_196, t197_198, t199_200, t201_202, t203_204, t205_206, t207_208, t209_210,
-        t211_212, t213_214, t215_216, t217_218, t219, t220, t221, t222, t223, t224, t225, t226, t227, t228, t229, t230,
-        t231, t232, t233, t234, t235, t236, t237, t238, t239, t240, t241, t242, t243, t244, t245, t246, t247, t248,
-        t249, t250, t251, t252, t253, t254, t255, t256, t257, t258, t259, t260, t261, t262_263, t264_265, t266_267,
-        t268, t269, t270, t271, t272, t273, t274, t275, t276, t277, t278, t279, t280_281, t282_283, t284_285, t286_287,
-        t288_289, t290_291, t292_293, t294_295, t296_297, t298_299, t300_301, t302_303, t304_305, t306_307, t308,
-        t309_310, t311_312, t313_314, t315_316, t317_318, t319, t320, t321, t322, t323, t324, t325, t326, t327, t328,
-        t329, t330, t331, t332, t333, t334, t335, t336, t337_338, t339, t340, t341, t342, t343, t344, t345, t346,
-        t347_348, t349_350, t351_352, t353_354, t355_356, t357_358, t359_360, t361_362, t363_364, t365_366, t367_368,
-        t369_370, t371_372, t373_374, t375_376, t377_378, t379_380, t381_382,
+        t0_1, t2_3, t4_5, t6, t7_8, t9_10, t11_12, t13_14, t15_16, t17_18, t19_20, t21_22, t23_24, t25_26, t27_28,
+        t29_30, t31_32, t33_34, t35_36, t37_38, t39_40, t41_42, t43, t44, t45, t46, t47, t48, t49, t50, t51, t52, t53,
+        t54, t55, t56, t57, t58, t59, t60, t61, t62, t63, t64, t65, t66, t67, t68, t69, t70, t71, t72, t73, t74_75, t76,
+        t77, t78, t79, t80, t81, t82, t83, t84_85, t86_87, t88, t89, t90, t91, t92, t93, t94_95, t96_97, t98_99, t100,
+        t101, t102, t103_104, t105_106, t107, t108, t109_110, t111_112, t113_114, t115_116, t117_118, t119, t120,
+        t121_122, t123, t124_125, t126_127, t128_129, t130_131, t132_133, t134, t135, t136, t137, t138_139, t140_141,
+        t142_143, t144_145, t146_147, t148_149, t150_151, t152_153, t154_155, t156, t157, t158, t159, t160, t161,
+        t162_163, t164_165, t166_167, t168_169, t170_171, t172_173, t174_175, t176_177, t178_179, t180_181, t182_183,
+        t184_185, t186_187, t188_189, t190_191, t192_193, t194_195, t196_197, t198_199, t200_201, t202_203, t204_205,
+        t206_207, t208_209, t210_211, t212_213, t214_215, t216_217, t218_219, t220_221, t222_223, t224_225, t226_227,
+        t228_229, t230_231, t232_233, t234_235, t236_237, t238_239, t240_241, t242_243, t244_245, t246_247, t248_249,
+        t250_251, t252_253, t254_255, t256_257, t258_259, t260_261, t262_263, t264_265, t266_267, t268_269, t270_271,
+        t272_273, t274_275, t276, t277, t278_279, t280_281, t282_283, t284_285, t286_287, t288_289, t290_291, t292_293,
+        t294_295, t296, t297, t298_299, t300, t301, t302, t303, t304, t305, t306_307, t308_309, t310_311, t312_313,
+        t314_315, t316, t317, t318, t319, t320, t321, t322, t323_324, t325, t326, t327, t328, t329, t330, t331, t332,
+        t333_334, t335_336, t337_338, t339, t340, t341, t342, t343, t344, t345, t346, t347, t348, t349, t350, t351,
+        t352, t353, t354, t355, t356_357, t358_359, t360_361, t362_363, t364_365, t366_367, t368, t369, t370_371,
+        t372_373, t374_375, t376_377, t378_379, t380, t381, t382, t383_384, t385_386, t387_388, t389_390, t391_392,
+        t393, t394, t395, t396,
     );
-    // torso: motion
-    t0 = q_base_qz * R::constant(2.0);
-    t1 = q_base_qx * t0;
-    t2 = q_base_qy * R::constant(2.0);
-    t3 = q_base_qw * t2;
-    t4 = t1 - t3;
-    t5 = t4 * R::constant(9.81);
-    // other
-    t6 = sin_q_right_hip_yaw * sin_q_right_hip_roll;
-    t7 = cos_q_right_hip_pitch * t6;
-    t8 = R::fused(cos_q_right_hip_yaw, sin_q_right_hip_pitch, t7);
-    t9 = cos_q_right_knee_pitch * t8;
-    t10 = sin_q_right_hip_pitch * t6;
-    t11 = R::fused(-cos_q_right_hip_yaw, cos_q_right_hip_pitch, t10);
-    t12 = R::fused(-sin_q_right_knee_pitch, t11, t9);
-    t13 = sin_q_right_ankle_pitch * t12;
-    t14 = sin_q_right_knee_pitch * t8;
-    t15 = R::fused(cos_q_right_knee_pitch, t11, t14);
-    t16 = R::fused(cos_q_right_ankle_pitch, t15, t13);
-    t17 = v_base_angular_x * v_base_angular_y; // torso: motion
-    t18 = t17 * R::constant(0.075); // right_hip_yaw_link: motion
-    t19 = v_base_angular_y * v_base_linear_z; // torso: motion
-    t20 = R::fused(-v_base_angular_z, v_base_linear_y, t19); // torso: motion
-    t21 = t20 + t5; // torso: motion
-    // right_hip_yaw_link, left_hip_yaw_link: motion
-    t22_23 = R::Two::fused(both(t21), two(R::constant(-1.0), R::constant(1.0)), both(t18));
-    t24_25 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t22_23;
-    t26 = v_base_angular_x * v_base_angular_x; // torso: motion
-    t27 = R::fused(v_base_angular_z, v_base_angular_z, t26); // torso: motion
-    t28 = t27 * R::constant(0.075); // right_hip_yaw_link: motion
-    // torso: motion
-    t29 = v_base_angular_z * v_base_linear_x;
-    t30 = R::fused(-v_base_angular_x, v_base_linear_z, t29);
-    t31 = q_base_qy * t0;
-    t32 = q_base_qx * R::constant(2.0);
-    t33 = q_base_qw * t32;
-    t34 = t31 + t33;
-    t35 = t34 * R::constant(9.81);
-    t36 = t30 + t35;
-    // right_hip_yaw_link, left_hip_yaw_link: motion
-    t37_38 = R::Two::fused(both(t36), two(R::constant(1.0), R::constant(-1.0)), both(t28));
-    t39_40 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t37_38, t24_25);
-    t41_42 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t39_40; // right_hip_roll_link, left_hip_roll_link: motion
-    t43 = v_base_angular_y * v_base_angular_z; // torso: motion
-    t44 = t43 * R::constant(0.075); // right_hip_yaw_link: motion
-    // torso: motion
-    t45 = v_base_angular_x * v_base_linear_y;
-    t46 = R::fused(-v_base_angular_y, v_base_linear_x, t45);
-    t47 = q_base_qx * t32;
-    t48 = q_base_qy * t2;
-    t49 = t47 + t48;
-    t50 = R::constant(1.0) - t49;
-    t51 = t50 * R::constant(9.81);
-    t52 = t46 + t51;
-    t53_54 = R::Two::fused(both(t52), two(R::constant(-1.0), R::constant(1.0)), both(t44));
-    t55_56 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t53_54, t41_42);
-    t57_58 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t55_56; // right_upper_leg, left_upper_leg: motion
-    // right_hip_yaw_link, left_hip_yaw_link: motion
-    t59_60 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t22_23;
-    t61_62 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t37_38, t59_60);
-    t63_64 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t61_62, t57_58);
-    t65_66 = both(v_base_angular_x) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
-    t67_68 = R::Two::fused(-both(v_base_angular_y), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t65_66);
-    t69_70 = t67_68 * two(sin_q_right_hip_roll, sin_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link: motion
-    t71_72 = both(v_base_angular_z) + two(v_right_hip_yaw, v_left_hip_yaw);
-    t73_74 = R::Two::fused(t71_72, two(cos_q_right_hip_roll, cos_q_left_hip_roll), t69_70);
-    t75_76 = t73_74 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
-    t77_78 = both(v_base_angular_x) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
-    t79_80 = R::Two::fused(both(v_base_angular_y), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t77_78);
-    t81_82 = t79_80 + two(v_right_hip_roll, v_left_hip_roll); // right_hip_roll_link, left_hip_roll_link: motion
-    // right_upper_leg, left_upper_leg: motion
-    t83_84 = R::Two::fused(-t81_82, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t75_76);
-    t85_86 = t83_84 * t83_84;
-    // right_hip_roll_link, left_hip_roll_link: motion
-    t87_88 = t67_68 * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
-    t89_90 = R::Two::fused(-t71_72, two(sin_q_right_hip_roll, sin_q_left_hip_roll), t87_88);
-    // right_upper_leg, left_upper_leg: motion
-    t91_92 = t89_90 - two(v_right_hip_pitch, v_left_hip_pitch);
-    t93_94 = R::Two::fused(t91_92, t91_92, t85_86);
-    // right_lower_leg, left_lower_leg: motion
-    t95_96 = R::Two::fused(t93_94, both(R::constant(0.315)), t63_64 * two(R::constant(-1.0), R::constant(1.0)));
-    t97_98 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t95_96;
-    // right_upper_leg, left_upper_leg: motion
-    t99_100 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t55_56;
-    t101_102 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t61_62, t99_100);
-    t103_104 = t79_80 * two(v_right_hip_yaw, v_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link: motion
-    // right_hip_roll_link, left_hip_roll_link: motion
-    t105_106 = t103_104 * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
-    t107_108 = R::Two::fused(-t73_74, two(v_right_hip_roll, v_left_hip_roll), t105_106);
-    // right_upper_leg, left_upper_leg: motion
-    t109_110 = t73_74 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    t111_112 = R::Two::fused(t81_82, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t109_110);
-    t113_114 = t111_112 * t83_84;
-    t115_116 = t107_108 + t113_114;
-    // right_lower_leg, left_lower_leg: motion
-    t117_118 = R::Two::fused(t115_116, both(R::constant(0.315)), t101_102 * two(R::constant(1.0), R::constant(-1.0)));
-    t119_120 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t117_118, t97_98);
-    t121_122 = t111_112 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
-    t123_124 = R::Two::fused(t83_84, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t121_122);
-    t125_126 = t123_124 * t123_124;
-    t127_128 = t91_92 - two(v_right_knee_pitch, v_left_knee_pitch);
-    t129_130 = R::Two::fused(t127_128, t127_128, t125_126);
-    // right_ankle, left_ankle: motion
-    t131_132 = R::Two::fused(t129_130, both(R::constant(0.273)), t119_120);
-    t133_134 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t131_132;
-    // right_lower_leg, left_lower_leg: motion
-    t135_136 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t95_96;
-    t137_138 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t117_118, t135_136);
-    t139_140 = t111_112 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
-    t141_142 = R::Two::fused(-t83_84, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t139_140);
-    t143_144 = t141_142 * t123_124;
-    t145_146 = t107_108 + t143_144;
-    // right_ankle, left_ankle: motion
-    t147_148 = R::Two::fused(t145_146, both(R::constant(0.273)), -t137_138);
-    t149_150 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t147_148, t133_134);
-    t151_152 = t127_128 - two(v_right_ankle_pitch, v_left_ankle_pitch);
-    t153_154 = t151_152 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll); // right_foot, left_foot: motion
-    t155_156 = t141_142 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    t157_158 = R::Two::fused(-t123_124, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t155_156);
-    t159_160 = R::Two::fused(-t157_158, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t153_154);
-    t161 = t159_160.first() * t159_160.first(); // right_foot: motion
-    // right_foot, left_foot: motion
-    t162_163 = t151_152 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t164_165 = R::Two::fused(t157_158, two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t162_163);
-    t166 = t164_165.first() * t164_165.first(); // right_foot: motion
-    t167 = t161 + t166; // right_foot: motion
-    t168 = t167 * R::constant(0.03); // other
-    t169_170 = t107_108 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    // right_hip_roll_link, left_hip_roll_link: motion
-    t171_172 = t103_104 * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
-    t173_174 = R::Two::fused(t89_90, two(v_right_hip_roll, v_left_hip_roll), t171_172);
-    t175_176 = t173_174 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
-    t177_178 = t67_68 * two(v_right_hip_yaw, v_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link: motion
-    // right_upper_leg, left_upper_leg: motion
-    t179_180 = R::Two::fused(-t177_178, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t175_176);
-    t181_182 = R::Two::fused(-t83_84, two(v_right_hip_pitch, v_left_hip_pitch), t179_180);
-    t183_184 = t181_182 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
-    t185_186 = t173_174 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
-    t187_188 = R::Two::fused(t177_178, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t185_186);
-    t189_190 = R::Two::fused(t111_112, two(v_right_hip_pitch, v_left_hip_pitch), t187_188);
-    // right_lower_leg, left_lower_leg: motion
-    t191_192 = R::Two::fused(-t189_190, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t183_184);
-    t193_194 = R::Two::fused(-t123_124, two(v_right_knee_pitch, v_left_knee_pitch), t191_192);
-    t195_196 = t193_194 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch); // right_ankle, left_ankle: motion
-    t197_198 = t181_182 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
-    t199_200 = R::Two::fused(t189_190, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t197_198);
-    t201_202 = R::Two::fused(t141_142, two(v_right_knee_pitch, v_left_knee_pitch), t199_200);
-    // right_ankle, left_ankle: motion
-    t203_204 = R::Two::fused(-t201_202, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t195_196);
-    t205_206 = t141_142 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t207_208 = R::Two::fused(t123_124, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t205_206);
-    t209_210 = R::Two::fused(-t207_208, two(v_right_ankle_pitch, v_left_ankle_pitch), t203_204);
-    // right_foot, left_foot: motion
-    t211_212 = R::Two::fused(-t209_210, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t169_170);
-    t213_214 = R::Two::fused(-t164_165, two(v_right_ankle_roll, v_left_ankle_roll), t211_212);
-    t215_216 = t207_208 - two(v_right_ankle_roll, v_left_ankle_roll);
-    t217_218 = t164_165 * t215_216;
-    t219 = t213_214.first() + t217_218.first(); // right_foot: motion
-    // other
-    t220 = R::fused(-t219, R::constant(0.08), t168);
-    t221 = t149_150.first() + t220;
-    t222 = R::constant(0.315) * t8;
-    t223 = R::fused(R::constant(0.273), t12, t222);
-    t224 = sin_q_right_hip_yaw * cos_q_right_hip_roll;
-    t225 = sin_q_right_ankle_roll * t224;
-    t226 = cos_q_right_ankle_pitch * t12;
-    t227 = R::fused(-sin_q_right_ankle_pitch, t15, t226);
-    t228 = R::fused(cos_q_right_ankle_roll, t227, t225);
-    t229 = t223 * t228;
-    t230 = cos_q_right_hip_yaw * sin_q_right_hip_roll;
-    t231 = cos_q_right_hip_pitch * t230;
-    t232 = R::fused(-sin_q_right_hip_yaw, sin_q_right_hip_pitch, t231);
-    t233 = R::fused(R::constant(-0.315), t232, R::constant(0.075));
-    t234 = cos_q_right_knee_pitch * t232;
-    t235 = sin_q_right_hip_pitch * t230;
-    t236 = R::fused(sin_q_right_hip_yaw, cos_q_right_hip_pitch, t235);
-    t237 = R::fused(-sin_q_right_knee_pitch, t236, t234);
-    t238 = R::fused(R::constant(-0.273), t237, t233);
-    t239 = cos_q_right_hip_yaw * cos_q_right_hip_roll;
-    t240 = sin_q_right_ankle_roll * t239;
-    t241 = cos_q_right_ankle_pitch * t237;
-    t242 = sin_q_right_knee_pitch * t232;
-    t243 = R::fused(cos_q_right_knee_pitch, t236, t242);
-    t244 = R::fused(-sin_q_right_ankle_pitch, t243, t241);
-    t245 = R::fused(cos_q_right_ankle_roll, t244, t240);
-    t246 = R::fused(-t238, t245, t229);
-    t247 = cos_q_right_hip_roll * cos_q_right_hip_pitch;
-    t248 = R::constant(0.315) * t247;
-    t249 = cos_q_right_knee_pitch * t247;
-    t250 = cos_q_right_hip_roll * sin_q_right_hip_pitch;
-    t251 = R::fused(-sin_q_right_knee_pitch, t250, t249);
-    t252 = R::fused(R::constant(0.273), t251, t248);
-    t253 = sin_q_right_hip_roll * sin_q_right_ankle_roll;
-    t254 = cos_q_right_ankle_pitch * t251;
-    t255 = sin_q_right_knee_pitch * t247;
-    t256 = R::fused(cos_q_right_knee_pitch, t250, t255);
-    t257 = R::fused(-sin_q_right_ankle_pitch, t256, t254);
-    t258 = R::fused(-cos_q_right_ankle_roll, t257, t253);
-    t259 = R::fused(-t252, t258, t246);
-    t260 = R::constant(0.08) + t259;
-    t261 = t213_214.first() * t260;
-    // right_foot, left_foot: motion
-    t262_263 = t107_108 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t264_265 = R::Two::fused(t209_210, two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t262_263);
-    t266_267 = R::Two::fused(t159_160, two(v_right_ankle_roll, v_left_ankle_roll), t264_265);
-    // other
-    t268 = cos_q_right_ankle_roll * t224;
-    t269 = R::fused(-sin_q_right_ankle_roll, t227, t268);
-    t270 = t223 * t269;
-    t271 = cos_q_right_ankle_roll * t239;
-    t272 = R::fused(-sin_q_right_ankle_roll, t244, t271);
-    t273 = R::fused(-t238, t272, t270);
-    t274 = sin_q_right_hip_roll * cos_q_right_ankle_roll;
-    t275 = R::fused(sin_q_right_ankle_roll, t257, t274);
-    t276 = R::fused(-t252, t275, t273);
-    t277 = R::fused(-t266_267.first(), t276, t261);
-    t278 = t221 + t277;
-    t279 = t16 * t278;
-    // right_hip_roll_link, left_hip_roll_link: motion
-    t280_281 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t39_40;
-    t282_283 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t53_54, t280_281);
-    // right_upper_leg, left_upper_leg: motion
-    t284_285 = t111_112 * t91_92;
-    t286_287 = t189_190 - t284_285;
-    // right_lower_leg, left_lower_leg: motion
-    t288_289 = R::Two::fused(t286_287, both(R::constant(0.315)), t282_283 * two(R::constant(-1.0), R::constant(1.0)));
-    t290_291 = t141_142 * t127_128;
-    t292_293 = t201_202 - t290_291;
-    t294_295 = R::Two::fused(t292_293, both(R::constant(0.273)), t288_289); // right_ankle, left_ankle: motion
-    t296_297 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t294_295; // right_foot, left_foot: motion
-    // right_ankle, left_ankle: motion
-    t298_299 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t131_132;
-    t300_301 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t147_148, t298_299);
-    // right_foot, left_foot: motion
-    t302_303 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t300_301, t296_297);
-    t304_305 = t159_160 * t215_216;
-    t306_307 = t266_267 + t304_305;
-    t308 = t306_307.first() * R::constant(0.03); // other
-    // right_ankle, left_ankle: motion
-    t309_310 = t193_194 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t311_312 = R::Two::fused(t201_202, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t309_310);
-    t313_314 = R::Two::fused(t157_158, two(v_right_ankle_pitch, v_left_ankle_pitch), t311_312);
-    // right_foot, left_foot: motion
-    t315_316 = t159_160 * t164_165;
-    t317_318 = t313_314 - t315_316;
-    // other
-    t319 = R::fused(-t317_318.first(), R::constant(0.08), t308);
-    t320 = t302_303.first() - t319;
-    t321 = t223 * t16;
-    t322 = sin_q_right_ankle_pitch * t237;
-    t323 = R::fused(cos_q_right_ankle_pitch, t243, t322);
-    t324 = R::fused(-t238, t323, t321);
-    t325 = sin_q_right_ankle_pitch * t251;
-    t326 = R::fused(cos_q_right_ankle_pitch, t256, t325);
-    t327 = R::fused(t252, t326, t324);
-    t328 = R::constant(0.03) + t327;
-    t329 = t266_267.first() * t328;
-    t330 = R::fused(-t313_314.first(), t260, t329);
-    t331 = t320 + t330;
-    t332 = R::fused(t269, t331, t279);
-    t333 = sin_q_right_ankle_roll * t294_295.first(); // right_foot: motion
-    t334 = R::fused(cos_q_right_ankle_roll, t300_301.first(), t333); // right_foot: motion
-    t335 = t213_214.first() - t217_218.first(); // right_foot: motion
-    t336 = t335 * R::constant(0.03);
-    t337_338 = t215_216 * t215_216; // right_foot, left_foot: motion
-    t339 = t337_338.first() + t161; // right_foot: motion
-    t340 = R::fused(t339, R::constant(0.08), t336);
-    t341 = t334 + t340;
-    t342 = t313_314.first() * t276;
-    t343 = R::fused(-t213_214.first(), t328, t342);
-    t344 = t341 + t343;
-    t345 = R::fused(t228, t344, t332);
-    t346 = t5 - t345;
     // right_foot, left_foot: sums of what it carries
-    t347_348 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t349_350 = both(R::constant(0.00092625)) * t347_348;
-    t351_352 = both(R::constant(0.00382375)) + t349_350;
+    t0_1 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t2_3 = both(R::constant(0.0285)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t4_5 = both(R::constant(0.000855)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t6 = sin_q_left_ankle_roll * R::constant(0.41189931350114417); // factors of the mass matrix
+    t7_8 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t9_10 = both(R::constant(0.000855)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t11_12 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t13_14 = both(R::constant(0.0285)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t15_16 = both(R::constant(0.00092625)) * t0_1;
     // right_ankle, left_ankle: sums of what it carries
-    t353_354 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t355_356 = both(R::constant(0.00207575)) - t351_352;
-    t357_358 = t353_354 * t355_356;
-    t359_360 = both(R::constant(0.000855)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    t361_362 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    t363_364 = t359_360 * t361_362;
-    t365_366 = R::Two::fused(both(R::constant(-2.0)), t363_364, t357_358);
-    t367_368 = t351_352 + t365_366;
-    t369_370 = both(R::constant(0.065449478333)) - t367_368;
-    t371_372 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
-    t373_374 = both(R::constant(0.00207575)) - t365_366;
-    t375_376 = both(R::constant(0.0285)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll); // right_foot, left_foot
-    t377_378 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t375_376;
-    t379_380 = R::Two::fused(both(R::constant(0.0171)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t377_378);
-    t381_382 = both(R::constant(0.546)) * t379_380;
-    let (
-        t383_384, t385_386, t387_388, t389_390, t391_392, t393_394, t395_396, t397_398, t399_400, t401_402, t403_404,
-        t405_406, t407_408, t409_410, t411_412, t413_414, t415_416, t417_418, t419_420, t421_422, t423_424, t425_426,
-        t427_428, t429_430, t431_432, t433_434, t435_436, t437_438, t439_440, t441_442, t443_444, t445_446, t447_448,
-        t449_450, t451_452, t453_454, t455_456, t457_458, t459_460, t461_462, t463_464, t465_466, t467_468, t469_470,
-        t471_472, t473_474, t475_476, t477_478, t479_480, t481_482, t483_484, t485_486, t487_488, t489_490, t491_492,
-        t493_494, t495_496, t497_498, t499_500, t501_502, t503_504, t505_506, t507_508, t509_510, t511_512, t513_514,
-        t515_516, t517_518, t519_520, t521_522, t523_524, t525_526, t527_528, t529, t530, t531, t532, t533, t534, t535,
-        t536, t537, t538, t539, t540, t541, t542_543, t544_545, t546_547, t548_549, t550_551, t552_553, t554_555,
-        t556_557, t558_559, t560_561, t562_563, t564_565, t566_567, t568_569, t570, t571_572, t573_574, t575_576,
-        t577_578, t579_580, t581_582, t583_584, t585_586, t587_588, t589_590, t591_592, t593_594, t595_596, t597_598,
-        t599_600, t601_602, t603, t604, t605, t606, t607_608, t609_610, t611_612, t613_614, t615_616, t617_618,
-        t619_620, t621_622, t623_624, t625, t626_627, t628_629, t630_631, t632_633, t634_635, t636_637, t638_639,
-        t640_641, t642, t643, t644, t645, t646, t647, t648, t649, t650_651, t652_653, t654_655, t656_657, t658_659,
-        t660, t661_662, t663_664, t665_666, t667_668, t669, t670, t671, t672, t673, t674, t675, t676, t677, t678, t679,
-        t680, t681_682, t683_684, t685_686, t687, t688_689, t690_691, t692, t693, t694, t695, t696, t697, t698, t699,
-        t700, t701, t702, t703, t704, t705, t706, t707, t708, t709_710, t711_712, t713_714, t715, t716_717, t718_719,
-        t720_721, t722_723, t724_725, t726_727, t728_729, t730, t731, t732_733, t734_735, t736, t737, t738_739,
-        t740_741, t742, t743, t744, t745_746, t747, t748, t749, t750, t751, t752, t753, t754, t755, t756_757, t758_759,
-        t760, t761, t762, t763, t764, t765, t766, t767, t768, t769, t770, t771, t772, t773, t774, t775, t776, t777,
-        t778, t779, t780, t781, t782, t783, t784, t785, t786, t787, t788, t789,
-    );
-    t383_384 = t373_374 + t381_382;
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t385_386 = t383_384 + t369_370;
-    t387_388 = t371_372 * t385_386;
-    // right_ankle, left_ankle: sums of what it carries
-    t389_390 = t359_360 * t353_354;
-    t391_392 = R::Two::fused(both(R::constant(-2.0)), t389_390, t359_360);
-    t393_394 = R::Two::fused(-t361_362, t355_356, t391_392);
-    t395_396 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t375_376;
-    t397_398 = R::Two::fused(both(R::constant(-0.0171)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t395_396);
-    t399_400 = R::Two::fused(both(R::constant(-0.273)), t397_398, t393_394);
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t401_402 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
-    t403_404 = t399_400 * t401_402;
-    t405_406 = R::Two::fused(both(R::constant(-2.0)), t403_404, t387_388);
-    t407_408 = t369_370 - t405_406;
-    t409_410 = both(R::constant(0.23740175003)) + t407_408;
-    t411_412 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
-    t413_414 = t383_384 - t405_406;
-    t415_416 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t397_398;
-    t417_418 = both(R::constant(0.29034)) + t379_380; // right_ankle, left_ankle: sums of what it carries
-    t419_420 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t417_418, -t415_416);
-    t421_422 = both(R::constant(0.63)) * t419_420;
-    t423_424 = t413_414 + t421_422;
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t425_426 = t423_424 + t409_410;
-    t427_428 = t411_412 * t425_426;
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t429_430 = t399_400 * t371_372;
-    t431_432 = R::Two::fused(both(R::constant(-2.0)), t429_430, t399_400);
-    t433_434 = R::Two::fused(-t401_402, t385_386, t431_432);
-    t435_436 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t397_398;
-    t437_438 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t417_418, t435_436);
-    t439_440 = R::Two::fused(both(R::constant(-0.315)), t437_438, t433_434);
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t441_442 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    t443_444 = t439_440 * t441_442;
-    t445_446 = R::Two::fused(both(R::constant(-2.0)), t443_444, t427_428);
-    t447_448 = t409_410 - t445_446;
-    t449_450 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
+    t17_18 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t2_3;
+    t19_20 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t2_3;
+    t21_22 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
+    t23_24 = t9_10 * t7_8;
+    t25_26 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
+    t27_28 = t9_10 * t11_12;
+    t29_30 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t13_14; // right_foot, left_foot: mass matrix
     // right_foot, left_foot: sums of what it carries
-    t451_452 = both(R::constant(0.00092625)) - t349_350;
-    t453_454 = both(R::constant(0.00383375)) + t451_452;
+    t31_32 = both(R::constant(0.00092625)) - t15_16;
+    t33_34 = both(R::constant(0.00382375)) + t15_16;
     // right_ankle, left_ankle: sums of what it carries
-    t455_456 = t453_454 + t381_382;
-    t457_458 = both(R::constant(0.06634781167)) + t455_456;
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t459_460 = t457_458 + t421_422;
-    t461_462 = both(R::constant(0.24091175)) + t459_460;
-    t463_464 = both(R::constant(0.3067820617)) - t461_462; // right_upper_leg, left_upper_leg: sums of what it carries
-    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t465_466 = t447_448 - t463_464;
-    t467_468 = t449_450 * t465_466;
-    // right_foot, left_foot: sums of what it carries
-    t469_470 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    t471_472 = both(R::constant(0.00092625)) * t469_470;
-    t473_474 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t471_472; // right_ankle, left_ankle
-    t475_476 = both(R::constant(0.000855)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t477_478 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t475_476, t473_474);
-    t479_480 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t477_478; // right_lower_leg, left_lower_leg
-    // right_ankle, left_ankle: sums of what it carries
-    t481_482 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t471_472;
-    t483_484 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t475_476, t481_482);
-    t485_486 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0077805)), t483_484);
-    t487_488 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t485_486, t479_480);
-    t489_490 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t487_488; // right_upper_leg, left_upper_leg
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t491_492 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t477_478;
-    t493_494 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t485_486, -t491_492);
-    t495_496 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0089775)), t493_494);
-    t497_498 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t495_496, -t489_490);
-    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t499_500 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
-    t501_502 = t497_498 * t499_500;
-    t503_504 = R::Two::fused(both(R::constant(2.0)), t501_502, t467_468);
-    t505_506 = t447_448 - t503_504;
-    t507_508 = both(R::constant(0.3068020617)) - t505_506;
-    t509_510 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t437_438; // right_upper_leg, left_upper_leg
-    t511_512 = both(R::constant(0.8932)) + t419_420; // right_lower_leg, left_lower_leg: sums of what it carries
-    t513_514 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t511_512, t509_510);
-    t515_516 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t513_514; // right_hip_yaw_link, left_hip_yaw_link
-    t517_518 = both(R::constant(0.0285)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll); // right_foot, left_foot
-    t519_520 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t517_518;
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t521_522 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t437_438;
-    t523_524 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t511_512, -t521_522);
-    t525_526 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t523_524, t519_520);
-    t527_528 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t525_526, t515_516);
-    t529 = R::fused(R::constant(0.075), t527_528.first(), t507_508.first()); // right_hip_yaw_link: mass matrix
-    t530 = t527_528.second() * R::constant(0.15); // left_hip_yaw_link: sums of what it carries
-    t531 = t507_508.second() - t530; // left_hip_yaw_link: sums of what it carries
-    t532 = R::constant(0.154455) + t531; // left_hip_yaw_link: sums of what it carries
-    // right_hip_yaw_link: sums of what it carries
-    t533 = R::constant(0.15) * t527_528.first();
-    t534 = t507_508.first() + t533;
-    t535 = t532 + t534;
-    t536 = t527_528.second() + t527_528.first();
+    t35_36 = R::Two::fused(both(R::constant(0.0171)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t17_18);
+    t37_38 = R::Two::fused(both(R::constant(-0.0171)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t19_20);
+    t39_40 = R::Two::fused(both(R::constant(-2.0)), t23_24, t9_10);
+    t41_42 = both(R::constant(0.00383375)) + t31_32; // right_foot, left_foot: sums of what it carries
+    t43 = q_base_qz * R::constant(2.0); // torso: motion
+    t44 = q_base_qy * R::constant(2.0); // torso: motion
+    t45 = sin_q_right_hip_yaw * sin_q_right_hip_roll; // other
+    // torso: motion
+    t46 = v_base_angular_x * v_base_angular_y;
+    t47 = v_base_angular_y * v_base_linear_z;
+    t48 = R::fused(-v_base_angular_z, v_base_linear_y, t47);
+    t49 = v_base_angular_x * v_base_angular_x;
+    t50 = v_base_angular_z * v_base_linear_x;
+    t51 = R::fused(-v_base_angular_x, v_base_linear_z, t50);
+    t52 = q_base_qx * t43;
+    t53 = q_base_qw * t44;
     // other
-    t537 = R::fused(R::constant(-0.075), t536, t535);
-    t538 = t529 - t537;
-    t539 = t536 - R::constant(1.425);
-    t540 = t527_528.first() - t539;
-    t541 = R::fused(R::constant(-0.075), t540, t538);
-    // right_foot, left_foot: mass matrix
-    t542_543 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t517_518;
-    t544_545 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t542_543;
-    t546_547 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t517_518;
-    t548_549 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t546_547, t544_545);
-    t550_551 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t548_549;
-    t552_553 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t542_543;
-    t554_555 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t546_547, t552_553);
-    t556_557 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t554_555, t550_551);
-    t558_559 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t556_557;
-    t560_561 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t375_376;
-    t562_563 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t548_549;
-    t564_565 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t554_555, t562_563);
-    t566_567 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t564_565, t560_561);
-    t568_569 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t566_567, t558_559);
-    t570 = R::constant(0.075) * t568_569.second(); // left_foot: mass matrix
-    t571_572 = R::Two::fused(both(R::constant(0.273)), t546_547, t475_476);
-    t573_574 = R::Two::fused(both(R::constant(0.315)), t554_555, t571_572);
-    t575_576 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t573_574;
-    t577_578 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t359_360;
-    t579_580 = R::Two::fused(both(R::constant(-0.00207575)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t577_578);
-    t581_582 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t579_580;
-    t583_584 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t359_360;
-    t585_586 = R::Two::fused(both(R::constant(0.00207575)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t583_584);
-    t587_588 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), both(R::constant(0.0077805)), t585_586);
-    t589_590 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t587_588, t581_582);
-    t591_592 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t589_590;
-    t593_594 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t579_580;
-    t595_596 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t587_588, t593_594);
-    t597_598 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), both(R::constant(0.0089775)), t595_596);
-    t599_600 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t597_598, t591_592);
-    t601_602 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t599_600, t575_576);
-    t603 = t601_602.second() + t570; // left_foot: mass matrix
-    t604 = t570 + t603; // other
-    t605 = t604 * R::constant(481.7535830422739); // factors of the mass matrix
-    t606 = R::fused(t604, t605, t541); // factors of the mass matrix
-    // right_ankle, left_ankle: mass matrix
-    t607_608 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t379_380, t435_436);
-    t609_610 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t607_608;
-    t611_612 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t379_380, t415_416);
-    t613_614 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t611_612, t609_610);
-    t615_616 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t613_614;
-    t617_618 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t607_608;
-    t619_620 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t611_612, t617_618);
-    t621_622 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t619_620;
-    t623_624 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t621_622, t615_616);
-    t625 = R::constant(0.075) * t623_624.second(); // left_ankle: mass matrix
-    t626_627 = R::Two::fused(both(R::constant(0.273)), t379_380, t453_454);
-    t628_629 = R::Two::fused(both(R::constant(-0.315)), t611_612, t626_627);
-    t630_631 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t628_629;
-    t632_633 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t483_484, t491_492);
-    t634_635 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t632_633;
-    t636_637 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t483_484, t479_480);
-    t638_639 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t636_637, t634_635);
-    t640_641 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t638_639, t630_631);
-    t642 = t640_641.second() - t625; // left_ankle: mass matrix
-    t643 = t625 - t642; // other
-    // factors of the mass matrix
-    t644 = sin_q_left_ankle_roll * R::constant(0.41189931350114417);
-    t645 = R::fused(t604, t644, t643);
-    t646 = R::fused(-t475_476.second(), t644, t453_454.second());
-    t647 = R::constant(1.0) / t646;
-    t648 = t645 * t647;
-    t649 = R::fused(t645, t648, t606);
-    // right_lower_leg, left_lower_leg: mass matrix
-    t650_651 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t419_420, t521_522);
-    t652_653 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t650_651;
-    t654_655 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t419_420, t509_510);
-    t656_657 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t654_655;
-    t658_659 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t656_657, t652_653);
-    t660 = R::constant(0.075) * t658_659.second(); // left_lower_leg: mass matrix
-    t661_662 = R::Two::fused(both(R::constant(0.315)), t419_420, t457_458);
-    t663_664 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t661_662;
-    t665_666 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t493_494, t489_490);
-    t667_668 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t665_666, t663_664);
-    t669 = t667_668.second() - t660; // left_lower_leg: mass matrix
-    t670 = t660 - t669; // other
-    // factors of the mass matrix
-    t671 = t571_572.second() * R::constant(481.7535830422739);
-    t672 = R::fused(t604, t671, t670);
-    t673 = R::fused(-t571_572.second(), t644, t626_627.second());
-    t674 = t673 * t647;
-    t675 = R::fused(-t645, t674, t672);
-    t676 = R::fused(-t571_572.second(), t671, t457_458.second());
-    t677 = R::fused(-t673, t674, t676);
-    t678 = R::constant(1.0) / t677;
-    t679 = t675 * t678;
-    t680 = R::fused(t675, t679, t649);
-    // right_upper_leg, left_upper_leg: mass matrix
-    t681_682 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t523_524;
-    t683_684 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t513_514;
-    t685_686 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t683_684, t681_682);
-    t687 = R::constant(0.075) * t685_686.second(); // left_upper_leg: mass matrix
-    t688_689 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t461_462;
-    t690_691 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t497_498, t688_689);
-    t692 = t690_691.second() + t687; // left_upper_leg: mass matrix
-    t693 = t687 + t692; // other
-    // factors of the mass matrix
-    t694 = t573_574.second() * R::constant(481.7535830422739);
-    t695 = R::fused(-t604, t694, t693);
-    t696 = R::fused(-t573_574.second(), t644, t628_629.second());
-    t697 = t696 * t647;
-    t698 = R::fused(t645, t697, t695);
-    t699 = R::fused(-t573_574.second(), t671, t661_662.second());
-    t700 = R::fused(-t696, t674, t699);
-    t701 = t700 * t678;
-    t702 = R::fused(t675, t701, t698);
-    t703 = R::fused(-t573_574.second(), t694, t461_462.second());
-    t704 = R::fused(-t696, t697, t703);
-    t705 = R::fused(-t700, t701, t704);
-    t706 = R::constant(1.0) / t705;
-    t707 = t702 * t706;
-    t708 = R::fused(t702, t707, t680);
-    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t709_710 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t517_518;
-    t711_712 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t523_524, t709_710);
-    t713_714 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t711_712; // right_hip_roll_link, left_hip_roll_link
-    t715 = R::constant(0.075) * t713_714.second(); // left_hip_roll_link: mass matrix
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t716_717 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t487_488;
-    t718_719 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t495_496, t716_717);
-    t720_721 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t718_719; // right_hip_roll_link, left_hip_roll_link
-    t722_723 = t439_440 * t411_412;
-    t724_725 = R::Two::fused(both(R::constant(-2.0)), t722_723, t439_440);
-    t726_727 = R::Two::fused(-t441_442, t425_426, t724_725);
-    t728_729 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t726_727, t720_721);
-    t730 = t728_729.second() - t715; // left_hip_roll_link: mass matrix
-    t731 = t715 - t730; // other
-    // right_foot, left_foot: mass matrix
-    t732_733 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t589_590;
-    t734_735 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t597_598, t732_733);
-    t736 = t734_735.second() * R::constant(481.7535830422739); // factors of the mass matrix
-    t737 = R::fused(-t604, t736, t731); // factors of the mass matrix
-    // right_ankle, left_ankle: mass matrix
-    t738_739 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t632_633;
-    t740_741 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t636_637, t738_739);
-    t742 = R::fused(-t734_735.second(), t644, t740_741.second()); // factors of the mass matrix
-    t743 = t742 * t647; // factors of the mass matrix
-    t744 = R::fused(t645, t743, t737); // factors of the mass matrix
-    t745_746 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t493_494, t716_717);
-    // factors of the mass matrix
-    t747 = R::fused(t734_735.second(), t671, t745_746.second());
-    t748 = R::fused(t742, t674, t747);
-    t749 = t748 * t678;
-    t750 = R::fused(-t675, t749, t744);
-    t751 = R::fused(t734_735.second(), t694, t718_719.second());
-    t752 = R::fused(t742, t697, t751);
-    t753 = R::fused(-t748, t701, t752);
-    t754 = t753 * t706;
-    t755 = R::fused(t702, t754, t750);
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t756_757 = t423_424 - t445_446;
-    t758_759 = both(R::constant(0.3067920617)) + t756_757;
-    // factors of the mass matrix
-    t760 = R::fused(-t734_735.second(), t736, t758_759.second());
-    t761 = R::fused(-t742, t743, t760);
-    t762 = R::fused(-t748, t749, t761);
-    t763 = R::fused(-t753, t754, t762);
-    t764 = R::constant(1.0) / t763;
-    t765 = t755 * t764;
-    t766 = R::fused(t755, t765, t708);
-    t767 = R::constant(0.075) * t527_528.second(); // left_hip_yaw_link: sums of what it carries
-    t768 = t507_508.second() - t767; // left_hip_yaw_link: mass matrix
-    t769 = t767 - t768; // other
-    t770 = t601_602.second() * R::constant(481.7535830422739);
-    t771 = R::fused(t604, t770, t769);
-    t772 = R::fused(-t601_602.second(), t644, t640_641.second());
-    t773 = t772 * t647;
-    t774 = R::fused(-t645, t773, t771);
-    t775 = R::fused(-t601_602.second(), t671, t667_668.second());
-    t776 = R::fused(-t772, t674, t775);
-    t777 = t776 * t678;
-    t778 = R::fused(-t675, t777, t774);
-    t779 = R::fused(-t601_602.second(), t694, t690_691.second());
-    t780 = R::fused(-t772, t697, t779);
-    t781 = R::fused(-t776, t701, t780);
-    t782 = t781 * t706;
-    t783 = R::fused(t702, t782, t778);
-    t784 = R::fused(t601_602.second(), t736, t728_729.second());
-    t785 = R::fused(t772, t743, t784);
-    t786 = R::fused(-t776, t749, t785);
-    t787 = R::fused(-t781, t754, t786);
-    t788 = t787 * t764;
-    t789 = R::fused(-t755, t788, t783);
-    let (
-        t790, t791, t792, t793, t794, t795, t796, t797, t798, t799_800, t801_802, t803_804, t805_806, t807_808,
-        t809_810, t811_812, t813_814, t815_816, t817_818, t819_820, t821_822, t823_824, t825_826, t827_828, t829, t830,
-        t831, t832, t833_834, t835_836, t837, t838, t839, t840_841, t842_843, t844, t845, t846_847, t848, t849,
-        t850_851, t852_853, t854_855, t856, t857, t858, t859, t860, t861, t862, t863, t864, t865, t866, t867, t868,
-        t869_870, t871_872, t873_874, t875_876, t877_878, t879_880, t881_882, t883_884, t885_886, t887_888, t889, t890,
-        t891, t892, t893_894, t895_896, t897_898, t899_900, t901_902, t903_904, t905, t906, t907, t908_909, t910_911,
-        t912, t913, t914, t915_916, t917, t918_919, t920, t921, t922, t923, t924, t925_926, t927_928, t929, t930, t931,
-        t932, t933, t934, t935_936, t937, t938, t939_940, t941, t942, t943_944, t945_946, t947, t948, t949, t950, t951,
-        t952, t953_954, t955_956, t957_958, t959_960, t961_962, t963, t964, t965, t966, t967, t968_969, t970_971,
-        t972_973, t974, t975, t976, t977, t978, t979, t980, t981, t982, t983, t984, t985, t986, t987, t988, t989, t990,
-        t991, t992, t993, t994, t995, t996, t997, t998, t999, t1000, t1001, t1002, t1003, t1004, t1005, t1006, t1007,
-        t1008, t1009, t1010, t1011, t1012, t1013, t1014, t1015, t1016, t1017, t1018, t1019, t1020, t1021, t1022, t1023,
-        t1024, t1025, t1026, t1027, t1028, t1029, t1030, t1031, t1032, t1033, t1034, t1035, t1036, t1037, t1038, t1039,
-        t1040, t1041, t1042, t1043, t1044, t1045, t1046, t1047, t1048, t1049, t1050, t1051, t1052, t1053, t1054, t1055,
-        t1056, t1057, t1058, t1059, t1060, t1061, t1062, t1063, t1064, t1065, t1066, t1067, t1068, t1069, t1070, t1071,
-        t1072, t1073, t1074, t1075, t1076, t1077, t1078_1079, t1080, t1081_1082, t1083_1084, t1085, t1086_1087,
-        t1088_1089, t1090, t1091, t1092, t1093, t1094, t1095_1096, t1097_1098, t1099_1100, t1101_1102, t1103_1104,
-        t1105, t1106_1107, t1108_1109, t1110, t1111, t1112, t1113, t1114,
-    );
-    t790 = R::fused(-t601_602.second(), t770, t507_508.second());
-    t791 = R::fused(-t772, t773, t790);
-    t792 = R::fused(-t776, t777, t791);
-    t793 = R::fused(-t781, t782, t792);
-    t794 = R::fused(-t787, t788, t793);
-    t795 = R::constant(1.0) / t794;
-    t796 = t789 * t795;
-    t797 = R::fused(t789, t796, t766);
-    t798 = R::constant(1.0) / t797;
-    t799_800 = both(R::constant(0.3067820617)) * t107_108; // right_hip_roll_link, left_hip_roll_link
-    t801_802 = t73_74 * t81_82; // right_hip_roll_link, left_hip_roll_link: motion
-    t803_804 = R::Two::fused(both(R::constant(0.3067920617)), t801_802, t799_800);
+    t54 = cos_q_right_hip_pitch * t45;
+    t55 = sin_q_right_hip_pitch * t45;
+    t56 = R::fused(cos_q_right_hip_yaw, sin_q_right_hip_pitch, t54);
+    t57 = R::fused(-cos_q_right_hip_yaw, cos_q_right_hip_pitch, t55);
+    t58 = t46 * R::constant(0.075); // right_hip_yaw_link: motion
+    t59 = R::fused(v_base_angular_z, v_base_angular_z, t49); // torso: motion
+    t60 = R::fused(v_base_angular_y, v_base_angular_y, t49); // torso: motion
+    t61 = t59 * R::constant(0.075); // right_hip_yaw_link: motion
+    t62 = R::constant(2.444) * t60; // torso: wrench that its motion needs
+    // torso: motion
+    t63 = t52 - t53;
+    t64 = t52 + t53;
+    t65 = q_base_qy * t43;
+    t66 = q_base_qx * R::constant(2.0);
+    t67 = v_base_angular_y * v_base_angular_z;
+    t68 = v_base_angular_x * v_base_linear_y;
+    t69 = R::fused(-v_base_angular_y, v_base_linear_x, t68);
+    t70 = cos_q_right_knee_pitch * t56; // other
+    t71 = R::fused(-sin_q_right_knee_pitch, t57, t70); // other
+    t72 = t63 * R::constant(9.81);
+    t73 = t48 + t72;
+    t74_75 = R::Two::fused(both(t73), two(R::constant(-1.0), R::constant(1.0)), both(t58));
+    t76 = sin_q_right_knee_pitch * t56; // other
+    t77 = R::fused(cos_q_right_knee_pitch, t57, t76); // other
+    t78 = R::constant(0.315) * t56; // other
+    t79 = q_base_qw * t66;
+    t80 = q_base_qx * t66;
+    t81 = t67 * R::constant(0.075); // right_hip_yaw_link: motion
+    t82 = q_base_qy * t44;
+    t83 = q_base_qx * t44;
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t84_85 = both(v_base_angular_x) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
+    t86_87 = R::Two::fused(-both(v_base_angular_y), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t84_85);
+    t88 = sin_q_right_ankle_pitch * t71; // other
+    t89 = R::fused(cos_q_right_ankle_pitch, t77, t88); // other
+    // torso: motion
+    t90 = t65 + t79;
+    t91 = t65 - t79;
+    t92 = t80 + t82;
+    t93 = R::constant(1.0) - t92;
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t94_95 = both(v_base_angular_z) + two(v_right_hip_yaw, v_left_hip_yaw);
+    t96_97 = both(v_base_angular_x) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
+    t98_99 = R::Two::fused(both(v_base_angular_y), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t96_97);
+    t100 = R::fused(R::constant(0.273), t71, t78); // other
+    t101 = cos_q_right_ankle_pitch * t71; // other
+    t102 = R::fused(-sin_q_right_ankle_pitch, t77, t101); // other
+    t103_104 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t74_75;
+    t105_106 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t74_75;
+    t107 = t90 * R::constant(9.81); // torso: motion
+    t108 = t51 + t107; // torso: motion
+    t109_110 = R::Two::fused(both(t108), two(R::constant(1.0), R::constant(-1.0)), both(t61));
+    t111_112 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t109_110, t103_104);
+    t113_114 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t109_110, t105_106);
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t115_116 = t86_87 * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
+    t117_118 = R::Two::fused(t94_95, two(cos_q_right_hip_roll, cos_q_left_hip_roll), t115_116);
+    t119 = t93 * R::constant(9.81); // torso: motion
+    t120 = t69 + t119; // torso: motion
+    t121_122 = R::Two::fused(both(t120), two(R::constant(-1.0), R::constant(1.0)), both(t81));
+    t123 = R::fused(R::constant(-19.0), t120, t62); // torso: wrench that its motion needs
+    t124_125 = t98_99 + two(v_right_hip_roll, v_left_hip_roll);
+    t126_127 = t86_87 * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
+    t128_129 = R::Two::fused(-t94_95, two(sin_q_right_hip_roll, sin_q_left_hip_roll), t126_127);
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t130_131 = t98_99 * two(v_right_hip_yaw, v_left_hip_yaw);
+    t132_133 = t86_87 * two(v_right_hip_yaw, v_left_hip_yaw);
+    // other
+    t134 = sin_q_right_hip_yaw * cos_q_right_hip_roll;
+    t135 = cos_q_right_hip_yaw * sin_q_right_hip_roll;
+    t136 = cos_q_right_hip_yaw * cos_q_right_hip_roll;
+    t137 = cos_q_right_hip_roll * cos_q_right_hip_pitch;
+    // right_upper_leg, left_upper_leg: motion
+    t138_139 = t117_118 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    t140_141 = R::Two::fused(-t124_125, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t138_139);
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t142_143 = t130_131 * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
+    t144_145 = t130_131 * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
+    t146_147 = R::Two::fused(-t117_118, two(v_right_hip_roll, v_left_hip_roll), t142_143);
+    t148_149 = R::Two::fused(t128_129, two(v_right_hip_roll, v_left_hip_roll), t144_145);
+    // right_upper_leg, left_upper_leg: motion
+    t150_151 = t117_118 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t152_153 = R::Two::fused(t124_125, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t150_151);
+    t154_155 = t128_129 - two(v_right_hip_pitch, v_left_hip_pitch);
+    // other
+    t156 = sin_q_right_ankle_roll * t134;
+    t157 = R::fused(cos_q_right_ankle_roll, t102, t156);
+    t158 = cos_q_right_hip_pitch * t135;
+    t159 = sin_q_right_hip_pitch * t135;
+    t160 = R::fused(-sin_q_right_hip_yaw, sin_q_right_hip_pitch, t158);
+    t161 = R::fused(sin_q_right_hip_yaw, cos_q_right_hip_pitch, t159);
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t162_163 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t111_112;
+    t164_165 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t111_112;
+    t166_167 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t121_122, t162_163);
+    t168_169 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t121_122, t164_165);
+    // right_upper_leg, left_upper_leg: motion
+    t170_171 = t140_141 * t140_141;
+    t172_173 = R::Two::fused(t154_155, t154_155, t170_171);
+    t174_175 = t154_155 - two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
+    t176_177 = t152_153 * t140_141;
+    // right_lower_leg, left_lower_leg: motion
+    t178_179 = t152_153 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
+    t180_181 = R::Two::fused(t140_141, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t178_179);
+    t182_183 = t152_153 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
+    t184_185 = R::Two::fused(-t140_141, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t182_183);
+    t186_187 = t146_147 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll); // right_foot, left_foot: motion
+    t188_189 = t174_175 - two(v_right_ankle_pitch, v_left_ankle_pitch); // right_ankle, left_ankle: motion
+    // right_upper_leg, left_upper_leg: motion
+    t190_191 = t148_149 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t192_193 = t148_149 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    t194_195 = R::Two::fused(-t132_133, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t190_191);
+    t196_197 = R::Two::fused(t132_133, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t192_193);
+    t198_199 = both(R::constant(0.3067920617)) * t132_133; // right_hip_yaw_link, left_hip_yaw_link
+    t200_201 = R::Two::fused(-t140_141, two(v_right_hip_pitch, v_left_hip_pitch), t194_195);
+    t202_203 = t140_141 * t154_155;
+    t204_205 = t152_153 * t154_155;
+    t206_207 = R::Two::fused(t152_153, two(v_right_hip_pitch, v_left_hip_pitch), t196_197);
+    t208_209 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t166_167;
+    t210_211 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t166_167;
+    t212_213 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t113_114, t208_209);
+    t214_215 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t113_114, t210_211);
+    t216_217 = R::Two::fused(t172_173, both(R::constant(0.315)), t212_213 * two(R::constant(-1.0), R::constant(1.0)));
+    t218_219 = t146_147 + t176_177;
+    // right_lower_leg, left_lower_leg: motion
+    t220_221 = t180_181 * t180_181;
+    t222_223 = R::Two::fused(t174_175, t174_175, t220_221);
+    t224_225 = t184_185 * t180_181;
+    t226_227 = t188_189 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll); // right_foot, left_foot: motion
+    // right_ankle, left_ankle: motion
+    t228_229 = t184_185 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t230_231 = R::Two::fused(-t180_181, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t228_229);
+    // right_foot, left_foot: motion
+    t232_233 = R::Two::fused(-t230_231, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t226_227);
+    t234_235 = t188_189 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t236_237 = R::Two::fused(t230_231, two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t234_235);
+    // right_lower_leg, left_lower_leg: motion
+    t238_239 = t200_201 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
+    t240_241 = R::Two::fused(-t206_207, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t238_239);
+    t242_243 = R::Two::fused(-t180_181, two(v_right_knee_pitch, v_left_knee_pitch), t240_241);
+    t244_245 = R::Two::fused(t218_219, both(R::constant(0.315)), t214_215 * two(R::constant(1.0), R::constant(-1.0)));
+    t246_247 = t146_147 + t224_225;
+    t248_249 = t200_201 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
     // right_upper_leg, left_upper_leg: wrench that its motion needs
-    t805_806 = both(R::constant(0.24091175)) * t107_108;
-    t807_808 = R::Two::fused(both(R::constant(0.23740175003)), t113_114, t805_806);
-    t809_810 = R::Two::fused(two(R::constant(0.8932), R::constant(-0.8932)), t101_102, t807_808);
-    // right_lower_leg, left_lower_leg: wrench that its motion needs
-    t811_812 = both(R::constant(0.06634781167)) * t107_108;
-    t813_814 = R::Two::fused(both(R::constant(0.065449478333)), t143_144, t811_812);
-    t815_816 = R::Two::fused(both(R::constant(-0.29034)), t137_138, t813_814);
-    t817_818 = both(R::constant(0.00383375)) * t107_108; // right_ankle, left_ankle: wrench that its motion needs
-    t819_820 = t157_158 * t207_208; // right_ankle, left_ankle: motion
-    // right_ankle, left_ankle: wrench that its motion needs
-    t821_822 = R::Two::fused(both(R::constant(-0.00382375)), t819_820, t817_818);
-    t823_824 = R::Two::fused(both(R::constant(0.0171)), t300_301, t821_822);
-    // right_foot, left_foot: wrench that its motion needs
-    t825_826 = both(R::constant(0.00092625)) * t213_214;
-    t827_828 = R::Two::fused(both(R::constant(0.00207575)), t217_218, t825_826);
-    t829 = t337_338.first() - t166; // right_foot: wrench that its motion needs
-    t830 = R::fused(R::constant(0.000855), t829, t827_828.first()); // right_foot: wrench that its motion needs
-    t831 = R::fused(R::constant(-0.0285), t149_150.first(), t830); // right_foot: wrench that its motion needs
-    t832 = cos_q_right_ankle_roll * t831; // right_foot: wrench handed to its parent
-    t833_834 = t304_305 * both(R::constant(0.0011495));
-    t835_836 = R::Two::fused(both(R::constant(0.000855)), t317_318, t833_834);
-    t837 = R::fused(-sin_q_right_ankle_roll, t835_836.first(), t832); // right_foot: wrench handed to its parent
-    t838 = t823_824.first() + t837; // right_foot: wrench handed to its parent
-    t839 = t815_816.first() + t838; // right_ankle: wrench handed to its parent
-    t840_841 = both(R::constant(0.0285)) * t317_318;
-    t842_843 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t840_841; // right_foot, left_foot
-    t844 = R::constant(0.0285) * t339; // right_foot: wrench that its motion needs
-    t845 = R::fused(-cos_q_right_ankle_roll, t844, t842_843.first()); // right_foot: wrench handed to its parent
-    t846_847 = t107_108 - t819_820; // right_ankle, left_ankle: motion
-    t848 = R::fused(R::constant(0.0171), t846_847.first(), -t845); // right_foot: wrench handed to its parent
-    t849 = sin_q_right_ankle_pitch * t848; // right_ankle: wrench handed to its parent
+    t250_251 = both(R::constant(0.23740175003)) * t200_201;
+    t252_253 = R::Two::fused(both(R::constant(-0.24091175)), t202_203, t250_251);
+    t254_255 = R::Two::fused(t206_207, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t248_249);
+    t256_257 = t206_207 - t204_205; // right_upper_leg, left_upper_leg: motion
+    t258_259 = t204_205 * both(R::constant(0.47831350003));
+    t260_261 = R::Two::fused(two(R::constant(0.8932), R::constant(-0.8932)), t168_169, t258_259);
+    // right_lower_leg, left_lower_leg: motion
+    t262_263 = R::Two::fused(t256_257, both(R::constant(0.315)), t168_169 * two(R::constant(-1.0), R::constant(1.0)));
+    t264_265 = R::Two::fused(t184_185, two(v_right_knee_pitch, v_left_knee_pitch), t254_255);
+    t266_267 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t216_217;
+    t268_269 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t216_217;
+    t270_271 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t244_245, t266_267);
+    t272_273 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t244_245, t268_269);
+    t274_275 = R::Two::fused(t222_223, both(R::constant(0.273)), t270_271); // right_ankle, left_ankle: motion
+    t276 = t232_233.first() * t232_233.first(); // right_foot: motion
+    t277 = t236_237.first() * t236_237.first(); // right_foot: motion
+    t278_279 = t184_185 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch); // right_ankle, left_ankle: motion
+    t280_281 = t184_185 * t174_175;
+    t282_283 = t180_181 * t174_175;
     // right_ankle, left_ankle: motion
-    t850_851 = t151_152 * t151_152;
-    t852_853 = R::Two::fused(t157_158, t157_158, t850_851);
-    t854_855 = both(R::constant(0.0171)) * t852_853; // right_ankle, left_ankle: wrench that its motion needs
-    t856 = R::fused(R::constant(-0.0285), t219, t854_855.first()); // right_foot: wrench handed to its parent
-    t857 = R::fused(-cos_q_right_ankle_pitch, t856, t849); // right_ankle: wrench handed to its parent
-    t858 = R::fused(R::constant(0.273), t857, t839); // right_ankle: wrench handed to its parent
-    t859 = t809_810.first() + t858; // right_lower_leg: wrench handed to its parent
-    t860 = cos_q_right_ankle_pitch * t848; // right_ankle: wrench handed to its parent
-    t861 = R::fused(sin_q_right_ankle_pitch, t856, t860); // right_ankle: wrench handed to its parent
-    t862 = R::fused(R::constant(0.29034), t129_130.first(), t861); // right_ankle: wrench handed to its parent
-    t863 = sin_q_right_knee_pitch * t862; // right_lower_leg: wrench handed to its parent
-    t864 = R::fused(R::constant(0.29034), t145_146.first(), t857); // right_ankle: wrench handed to its parent
-    t865 = R::fused(cos_q_right_knee_pitch, t864, t863); // right_lower_leg: wrench handed to its parent
-    t866 = R::fused(R::constant(0.315), t865, t859); // right_lower_leg: wrench handed to its parent
-    t867 = t803_804.first() - t866; // right_upper_leg: wrench handed to its parent
-    t868 = sin_q_right_hip_roll * t867; // right_hip_roll_link: wrench handed to its parent
-    t869_870 = both(R::constant(0.23740175003)) * t181_182; // right_upper_leg, left_upper_leg
-    t871_872 = t83_84 * t91_92; // right_upper_leg, left_upper_leg: motion
-    t873_874 = R::Two::fused(both(R::constant(-0.24091175)), t871_872, t869_870); // right_upper_leg, left_upper_leg
-    t875_876 = both(R::constant(0.065449478333)) * t193_194; // right_lower_leg, left_lower_leg
-    t877_878 = t123_124 * t127_128; // right_lower_leg, left_lower_leg: motion
-    t879_880 = R::Two::fused(both(R::constant(-0.06634781167)), t877_878, t875_876); // right_lower_leg, left_lower_leg
-    t881_882 = both(R::constant(0.00382375)) * t209_210; // right_ankle, left_ankle: wrench that its motion needs
-    t883_884 = t207_208 * t151_152;
-    // right_ankle, left_ankle: wrench that its motion needs
-    t885_886 = R::Two::fused(both(R::constant(0.00383375)), t883_884, t881_882);
-    t887_888 = R::Two::fused(both(R::constant(-0.0171)), t294_295, t885_886);
-    t889 = sin_q_right_ankle_roll * t831; // right_foot: wrench handed to its parent
-    t890 = R::fused(cos_q_right_ankle_roll, t835_836.first(), t889); // right_foot: wrench handed to its parent
-    t891 = t887_888.first() - t890; // right_foot: wrench handed to its parent
-    t892 = cos_q_right_ankle_pitch * t891; // right_ankle: wrench handed to its parent
-    // right_foot, left_foot: wrench that its motion needs
-    t893_894 = both(R::constant(0.00207575)) * t313_314;
-    t895_896 = R::Two::fused(both(R::constant(-0.00092625)), t315_316, t893_894);
-    t897_898 = R::Two::fused(both(R::constant(-0.000855)), t306_307, t895_896);
-    t899_900 = R::Two::fused(both(R::constant(0.0285)), t302_303, t897_898);
-    t901_902 = t157_158 * t151_152; // right_ankle, left_ankle: motion
-    t903_904 = R::Two::fused(t901_902, both(R::constant(0.00001)), -t899_900); // right_foot, left_foot
-    t905 = R::fused(-sin_q_right_ankle_pitch, t903_904.first(), t892); // right_ankle: wrench handed to its parent
-    t906 = t879_880.first() - t905; // right_ankle: wrench handed to its parent
-    t907 = cos_q_right_knee_pitch * t906; // right_lower_leg: wrench handed to its parent
+    t284_285 = R::Two::fused(t180_181, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t278_279);
+    t286_287 = t242_243 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t288_289 = R::Two::fused(-t264_265, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t286_287);
+    t290_291 = R::Two::fused(-t284_285, two(v_right_ankle_pitch, v_left_ankle_pitch), t288_289);
+    // right_foot, left_foot: motion
+    t292_293 = R::Two::fused(-t290_291, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t186_187);
+    t294_295 = R::Two::fused(-t236_237, two(v_right_ankle_roll, v_left_ankle_roll), t292_293);
+    t296 = t276 + t277; // right_foot: motion
+    t297 = t296 * R::constant(0.03); // other
+    t298_299 = R::Two::fused(t246_247, both(R::constant(0.273)), -t272_273); // right_ankle, left_ankle: motion
+    // other
+    t300 = t100 * t157;
+    t301 = R::fused(R::constant(-0.315), t160, R::constant(0.075));
+    t302 = cos_q_right_knee_pitch * t160;
+    t303 = sin_q_right_knee_pitch * t160;
+    t304 = R::fused(-sin_q_right_knee_pitch, t161, t302);
+    t305 = R::fused(cos_q_right_knee_pitch, t161, t303);
+    // right_ankle, left_ankle: motion
+    t306_307 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t274_275;
+    t308_309 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t274_275;
+    t310_311 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t298_299, t306_307);
+    t312_313 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t298_299, t308_309);
+    t314_315 = t284_285 - two(v_right_ankle_roll, v_left_ankle_roll); // right_foot, left_foot: motion
+    // other
+    t316 = sin_q_right_ankle_roll * t136;
+    t317 = R::constant(0.315) * t137;
+    t318 = cos_q_right_knee_pitch * t137;
+    t319 = sin_q_right_knee_pitch * t137;
+    t320 = cos_q_right_hip_roll * sin_q_right_hip_pitch;
+    t321 = R::fused(-sin_q_right_knee_pitch, t320, t318);
+    t322 = R::fused(cos_q_right_knee_pitch, t320, t319);
+    t323_324 = t236_237 * t314_315; // right_foot, left_foot: motion
+    t325 = R::fused(R::constant(-0.273), t304, t301);
+    t326 = cos_q_right_ankle_pitch * t304;
+    t327 = sin_q_right_ankle_pitch * t304;
+    t328 = R::fused(-sin_q_right_ankle_pitch, t305, t326);
+    t329 = R::fused(cos_q_right_ankle_pitch, t305, t327);
+    t330 = R::fused(cos_q_right_ankle_roll, t328, t316);
+    t331 = R::fused(-t325, t330, t300);
+    t332 = sin_q_right_hip_roll * sin_q_right_ankle_roll;
+    // right_foot, left_foot: motion
+    t333_334 = t146_147 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t335_336 = R::Two::fused(t290_291, two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t333_334);
+    t337_338 = R::Two::fused(t232_233, two(v_right_ankle_roll, v_left_ankle_roll), t335_336);
+    // other
+    t339 = R::fused(R::constant(0.273), t321, t317);
+    t340 = cos_q_right_ankle_pitch * t321;
+    t341 = sin_q_right_ankle_pitch * t321;
+    t342 = R::fused(-sin_q_right_ankle_pitch, t322, t340);
+    t343 = R::fused(cos_q_right_ankle_pitch, t322, t341);
+    t344 = R::fused(-cos_q_right_ankle_roll, t342, t332);
+    t345 = R::fused(-t339, t344, t331);
+    t346 = R::constant(0.08) + t345;
+    t347 = t294_295.first() + t323_324.first(); // right_foot: motion
+    t348 = R::fused(-t347, R::constant(0.08), t297);
+    t349 = t310_311.first() + t348;
+    t350 = cos_q_right_ankle_roll * t134;
+    t351 = R::fused(-sin_q_right_ankle_roll, t102, t350);
+    t352 = cos_q_right_ankle_roll * t136;
+    t353 = R::fused(-sin_q_right_ankle_roll, t328, t352);
+    t354 = sin_q_right_hip_roll * cos_q_right_ankle_roll;
+    t355 = R::fused(sin_q_right_ankle_roll, t342, t354);
+    t356_357 = t264_265 - t280_281; // right_lower_leg, left_lower_leg: motion
     // right_lower_leg, left_lower_leg: wrench that its motion needs
-    t908_909 = t290_291 * both(R::constant(0.131797290003));
-    t910_911 = R::Two::fused(both(R::constant(-0.29034)), t288_289, t908_909);
-    t912 = sin_q_right_ankle_pitch * t891; // right_ankle: wrench handed to its parent
-    t913 = R::fused(cos_q_right_ankle_pitch, t903_904.first(), t912); // right_ankle: wrench handed to its parent
-    t914 = t910_911.first() + t913; // right_ankle: wrench handed to its parent
-    t915_916 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t840_841; // right_foot, left_foot
-    t917 = R::fused(sin_q_right_ankle_roll, t844, t915_916.first()); // right_foot: wrench handed to its parent
-    t918_919 = t209_210 + t883_884; // right_ankle, left_ankle: motion
-    t920 = R::fused(R::constant(0.0171), t918_919.first(), -t917); // right_foot: wrench handed to its parent
-    t921 = R::fused(R::constant(0.273), t920, t914); // right_ankle: wrench handed to its parent
-    t922 = R::fused(sin_q_right_knee_pitch, t921, t907); // right_lower_leg: wrench handed to its parent
-    t923 = t873_874.first() + t922; // right_lower_leg: wrench handed to its parent
-    t924 = cos_q_right_hip_pitch * t923; // right_upper_leg: wrench handed to its parent
-    // right_upper_leg, left_upper_leg: wrench that its motion needs
-    t925_926 = t284_285 * both(R::constant(0.47831350003));
-    t927_928 = R::Two::fused(two(R::constant(0.8932), R::constant(-0.8932)), t282_283, t925_926);
-    t929 = sin_q_right_knee_pitch * t906; // right_lower_leg: wrench handed to its parent
-    t930 = R::fused(-cos_q_right_knee_pitch, t921, t929); // right_lower_leg: wrench handed to its parent
-    t931 = t927_928.first() - t930; // right_lower_leg: wrench handed to its parent
-    t932 = R::fused(R::constant(0.29034), t292_293.first(), -t920); // right_ankle: wrench handed to its parent
-    t933 = R::fused(R::constant(-0.315), t932, t931); // right_lower_leg: wrench handed to its parent
-    t934 = R::fused(sin_q_right_hip_pitch, t933, t924); // right_upper_leg: wrench handed to its parent
-    t935_936 = t89_90 * t81_82; // right_hip_roll_link, left_hip_roll_link: motion
-    t937 = R::fused(t935_936.first(), R::constant(0.6135741234), -t934); // right_upper_leg: wrench handed to its parent
-    t938 = R::fused(cos_q_right_hip_roll, t937, t868); // right_hip_roll_link: wrench handed to its parent
-    t939_940 = t79_80 * t67_68; // right_hip_yaw_link, left_hip_yaw_link: motion
-    t941 = R::fused(R::constant(0.3067920617), t939_940.first(), -t938); // right_hip_roll_link
-    t942 = tau_right_hip_yaw + t941; // other
-    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t943_944 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t513_514;
-    t945_946 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t525_526, t943_944);
+    t358_359 = t280_281 * both(R::constant(0.131797290003));
+    t360_361 = R::Two::fused(both(R::constant(-0.29034)), t262_263, t358_359);
+    t362_363 = R::Two::fused(t356_357, both(R::constant(0.273)), t262_263); // right_ankle, left_ankle: motion
+    // right_foot, left_foot: motion
+    t364_365 = t232_233 * t314_315;
+    t366_367 = t314_315 * t314_315;
+    t368 = t366_367.first() + t276; // right_foot: motion
+    t369 = t366_367.first() - t277; // right_foot: wrench that its motion needs
+    // right_ankle, left_ankle: motion
+    t370_371 = t242_243 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t372_373 = R::Two::fused(t264_265, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t370_371);
+    // right_lower_leg, left_lower_leg: wrench that its motion needs
+    t374_375 = both(R::constant(0.065449478333)) * t242_243;
+    t376_377 = R::Two::fused(both(R::constant(-0.06634781167)), t282_283, t374_375);
+    t378_379 = R::Two::fused(t230_231, two(v_right_ankle_pitch, v_left_ankle_pitch), t372_373);
+    t380 = t100 * t351; // other
+    t381 = R::fused(-t325, t353, t380); // other
+    t382 = R::fused(-t339, t355, t381); // other
+    // right_foot, left_foot: motion
+    t383_384 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t362_363;
+    t385_386 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t312_313, t383_384);
+    t387_388 = t337_338 + t364_365;
+    t389_390 = t364_365 * both(R::constant(0.0011495)); // right_foot, left_foot: wrench that its motion needs
+    t391_392 = t232_233 * t236_237;
+    t393 = R::fused(-t236_237.second(), t236_237.second(), t366_367.second()); // left_foot
+    t394 = R::fused(t232_233.second(), t232_233.second(), t366_367.second()); // left_foot: motion
+    t395 = R::constant(0.0285) * t394; // left_foot: wrench that its motion needs
     // other
-    t947 = t323 * t278;
-    t948 = R::fused(t272, t331, t947);
-    t949 = R::fused(t245, t344, t948);
-    t950 = t35 + t949;
-    t951 = t945_946.second() * t950;
-    t952 = R::fused(t540, t346, t951);
-    t953_954 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t728_729; // right_hip_yaw_link, left_hip_yaw_link
-    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t955_956 = t497_498 * t449_450;
-    t957_958 = R::Two::fused(both(R::constant(-2.0)), t955_956, t497_498);
-    t959_960 = R::Two::fused(t499_500, t465_466, t957_958);
-    t961_962 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t959_960, t953_954);
-    // other
-    t963 = t313_314.first() * t16;
-    t964 = R::fused(t213_214.first(), t269, t963);
-    t965 = R::fused(t266_267.first(), t228, t964);
-    t966 = t961_962.second() * t965;
-    t967 = t952 + t966;
-    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t968_969 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t728_729;
-    t970_971 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t959_960, t968_969);
-    t972_973 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t711_712, t970_971);
-    t974 = t972_973.second() + t972_973.first(); // right_hip_yaw_link: sums of what it carries
-    t975 = R::constant(2.444) + t711_712.second(); // left_hip_yaw_link: sums of what it carries
-    t976 = t711_712.first() + t975; // right_hip_yaw_link: sums of what it carries
-    // other
-    t977 = R::fused(R::constant(-0.075), t976, t974);
-    t978 = t970_971.first() - t977;
-    t979 = t313_314.first() * t323;
-    t980 = R::fused(t213_214.first(), t272, t979);
-    t981 = R::fused(t266_267.first(), t245, t980);
-    t982 = R::fused(t978, t981, t967);
-    t983 = t313_314.first() * t326;
-    t984 = R::fused(-t213_214.first(), t275, t983);
-    t985 = R::fused(-t266_267.first(), t258, t984);
-    t986 = R::fused(-t538, t985, t982);
-    t987 = t942 - t986;
-    t988 = R::fused(-t164_165.second(), t164_165.second(), t337_338.second()); // left_foot
-    t989 = R::fused(R::constant(0.000855), t988, t827_828.second()); // left_foot: wrench that its motion needs
-    t990 = R::fused(R::constant(-0.0285), t149_150.second(), t989); // left_foot: wrench that its motion needs
-    t991 = cos_q_left_ankle_roll * t990; // left_foot: wrench handed to its parent
-    t992 = R::fused(-sin_q_left_ankle_roll, t835_836.second(), t991); // left_foot: wrench handed to its parent
-    t993 = t823_824.second() + t992; // left_foot: wrench handed to its parent
-    t994 = t815_816.second() + t993; // left_ankle: wrench handed to its parent
-    t995 = R::fused(t159_160.second(), t159_160.second(), t337_338.second()); // left_foot: motion
-    t996 = R::constant(0.0285) * t995; // left_foot: wrench that its motion needs
-    t997 = R::fused(-cos_q_left_ankle_roll, t996, t842_843.second()); // left_foot: wrench handed to its parent
-    t998 = R::fused(R::constant(0.0171), t846_847.second(), -t997); // left_foot: wrench handed to its parent
-    t999 = sin_q_left_ankle_pitch * t998; // left_ankle: wrench handed to its parent
-    t1000 = t213_214.second() + t217_218.second(); // left_foot: motion
-    t1001 = R::fused(R::constant(-0.0285), t1000, t854_855.second()); // left_foot: wrench handed to its parent
-    t1002 = R::fused(-cos_q_left_ankle_pitch, t1001, t999); // left_ankle: wrench handed to its parent
-    t1003 = R::fused(R::constant(0.273), t1002, t994); // left_ankle: wrench handed to its parent
-    t1004 = t809_810.second() + t1003; // left_lower_leg: wrench handed to its parent
-    t1005 = cos_q_left_ankle_pitch * t998; // left_ankle: wrench handed to its parent
-    t1006 = R::fused(sin_q_left_ankle_pitch, t1001, t1005); // left_ankle: wrench handed to its parent
-    t1007 = R::fused(R::constant(0.29034), t129_130.second(), t1006); // left_ankle: wrench handed to its parent
-    t1008 = sin_q_left_knee_pitch * t1007; // left_lower_leg: wrench handed to its parent
-    t1009 = R::fused(R::constant(0.29034), t145_146.second(), t1002); // left_ankle: wrench handed to its parent
-    t1010 = R::fused(cos_q_left_knee_pitch, t1009, t1008); // left_lower_leg: wrench handed to its parent
-    t1011 = R::fused(R::constant(0.315), t1010, t1004); // left_lower_leg: wrench handed to its parent
-    t1012 = t803_804.second() - t1011; // left_upper_leg: wrench handed to its parent
-    t1013 = sin_q_left_hip_roll * t1012; // left_hip_roll_link: wrench handed to its parent
-    t1014 = sin_q_left_ankle_roll * t990; // left_foot: wrench handed to its parent
-    t1015 = R::fused(cos_q_left_ankle_roll, t835_836.second(), t1014); // left_foot: wrench handed to its parent
-    t1016 = t887_888.second() - t1015; // left_foot: wrench handed to its parent
-    t1017 = cos_q_left_ankle_pitch * t1016; // left_ankle: wrench handed to its parent
-    t1018 = R::fused(-sin_q_left_ankle_pitch, t903_904.second(), t1017); // left_ankle: wrench handed to its parent
-    t1019 = t879_880.second() - t1018; // left_ankle: wrench handed to its parent
-    t1020 = cos_q_left_knee_pitch * t1019; // left_lower_leg: wrench handed to its parent
-    t1021 = sin_q_left_ankle_pitch * t1016; // left_ankle: wrench handed to its parent
-    t1022 = R::fused(cos_q_left_ankle_pitch, t903_904.second(), t1021); // left_ankle: wrench handed to its parent
-    t1023 = t910_911.second() + t1022; // left_ankle: wrench handed to its parent
-    t1024 = R::fused(sin_q_left_ankle_roll, t996, t915_916.second()); // left_foot: wrench handed to its parent
-    t1025 = R::fused(R::constant(0.0171), t918_919.second(), -t1024); // left_foot: wrench handed to its parent
-    t1026 = R::fused(R::constant(0.273), t1025, t1023); // left_ankle: wrench handed to its parent
-    t1027 = R::fused(sin_q_left_knee_pitch, t1026, t1020); // left_lower_leg: wrench handed to its parent
-    t1028 = t873_874.second() + t1027; // left_lower_leg: wrench handed to its parent
-    t1029 = cos_q_left_hip_pitch * t1028; // left_upper_leg: wrench handed to its parent
-    t1030 = sin_q_left_knee_pitch * t1019; // left_lower_leg: wrench handed to its parent
-    t1031 = R::fused(-cos_q_left_knee_pitch, t1026, t1030); // left_lower_leg: wrench handed to its parent
-    t1032 = t927_928.second() - t1031; // left_lower_leg: wrench handed to its parent
-    t1033 = R::fused(R::constant(0.29034), t292_293.second(), -t1025); // left_ankle: wrench handed to its parent
-    t1034 = R::fused(R::constant(-0.315), t1033, t1032); // left_lower_leg: wrench handed to its parent
-    t1035 = R::fused(sin_q_left_hip_pitch, t1034, t1029); // left_upper_leg: wrench handed to its parent
-    t1036 = R::fused(t935_936.second(), R::constant(0.6135741234), -t1035); // left_upper_leg
-    t1037 = R::fused(cos_q_left_hip_roll, t1036, t1013); // left_hip_roll_link: wrench handed to its parent
-    t1038 = R::fused(R::constant(0.3067920617), t939_940.second(), -t1037); // left_hip_roll_link
-    t1039 = R::fused(t17, R::constant(0.098295), t1038); // left_hip_yaw_link: wrench handed to its parent
-    t1040 = cos_q_left_knee_pitch * t1007; // left_lower_leg: wrench handed to its parent
-    t1041 = R::fused(-sin_q_left_knee_pitch, t1009, t1040); // left_lower_leg: wrench handed to its parent
-    t1042 = R::fused(R::constant(0.8932), t93_94.second(), t1041); // left_lower_leg: wrench handed to its parent
-    t1043 = sin_q_left_hip_pitch * t1042; // left_upper_leg: wrench handed to its parent
-    t1044 = R::fused(R::constant(0.8932), t115_116.second(), t1010); // left_lower_leg: wrench handed to its parent
-    t1045 = R::fused(cos_q_left_hip_pitch, t1044, t1043); // left_upper_leg: wrench handed to its parent
-    t1046 = cos_q_left_hip_yaw * t1045; // left_hip_yaw_link: wrench handed to its parent
-    t1047 = R::fused(R::constant(0.8932), t286_287.second(), t1033); // left_lower_leg: wrench handed to its parent
-    t1048 = cos_q_left_hip_roll * t1047; // left_hip_roll_link: wrench handed to its parent
-    t1049 = cos_q_left_hip_pitch * t1042; // left_upper_leg: wrench handed to its parent
-    t1050 = R::fused(-sin_q_left_hip_pitch, t1044, t1049); // left_upper_leg: wrench handed to its parent
-    t1051 = R::fused(sin_q_left_hip_roll, t1050, t1048); // left_hip_roll_link: wrench handed to its parent
-    t1052 = R::fused(sin_q_left_hip_yaw, t1051, t1046); // left_hip_yaw_link: wrench handed to its parent
-    t1053 = R::fused(R::constant(0.075), t1052, t1039); // left_hip_yaw_link: wrench handed to its parent
-    t1054 = t941 + t1053; // right_hip_yaw_link: wrench handed to its parent
-    t1055 = cos_q_right_knee_pitch * t862; // right_lower_leg: wrench handed to its parent
-    t1056 = R::fused(-sin_q_right_knee_pitch, t864, t1055); // right_lower_leg: wrench handed to its parent
-    t1057 = R::fused(R::constant(0.8932), t93_94.first(), t1056); // right_lower_leg: wrench handed to its parent
-    t1058 = sin_q_right_hip_pitch * t1057; // right_upper_leg: wrench handed to its parent
-    t1059 = R::fused(R::constant(0.8932), t115_116.first(), t865); // right_lower_leg: wrench handed to its parent
-    t1060 = R::fused(cos_q_right_hip_pitch, t1059, t1058); // right_upper_leg: wrench handed to its parent
-    t1061 = cos_q_right_hip_yaw * t1060; // right_hip_yaw_link: wrench handed to its parent
-    t1062 = R::fused(R::constant(0.8932), t286_287.first(), t932); // right_lower_leg: wrench handed to its parent
-    t1063 = cos_q_right_hip_roll * t1062; // right_hip_roll_link: wrench handed to its parent
-    t1064 = cos_q_right_hip_pitch * t1057; // right_upper_leg: wrench handed to its parent
-    t1065 = R::fused(-sin_q_right_hip_pitch, t1059, t1064); // right_upper_leg: wrench handed to its parent
-    t1066 = R::fused(sin_q_right_hip_roll, t1065, t1063); // right_hip_roll_link: wrench handed to its parent
-    t1067 = R::fused(sin_q_right_hip_yaw, t1066, t1061); // right_hip_yaw_link: wrench handed to its parent
-    t1068 = R::fused(R::constant(-0.075), t1067, t1054); // right_hip_yaw_link: wrench handed to its parent
-    t1069 = tau_base_angular_z + t1068;
-    t1070 = v_base_angular_x * v_base_angular_z; // torso: motion
-    t1071 = R::constant(2.444) * t1070; // torso: wrench that its motion needs
-    t1072 = R::fused(R::constant(19.0), t21, t1071); // torso: wrench that its motion needs
-    t1073 = t1072 + t1052; // left_hip_yaw_link: wrench handed to its parent
-    t1074 = t1073 + t1067; // right_hip_yaw_link: wrench handed to its parent
-    t1075 = tau_base_linear_x - t1074;
-    t1076 = R::fused(R::constant(-0.075), t1075, t1069);
-    t1077 = t987 - t1076;
-    t1078_1079 = two(tau_right_ankle_roll, tau_left_ankle_roll) + t899_900;
-    t1080 = t568_569.second() * t346;
-    // right_foot, left_foot: mass matrix
-    t1081_1082 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t556_557;
-    t1083_1084 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t566_567, t1081_1082);
-    t1085 = R::fused(t1083_1084.second(), t950, t1080); // other
-    t1086_1087 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t375_376;
-    t1088_1089 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t564_565, t1086_1087);
-    // other
-    t1090 = t326 * t278;
-    t1091 = R::fused(-t275, t331, t1090);
-    t1092 = R::fused(-t258, t344, t1091);
-    t1093 = t51 - t1092;
-    t1094 = R::fused(t1088_1089.second(), t1093, t1085);
-    // right_foot, left_foot: mass matrix
-    t1095_1096 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t734_735;
-    t1097_1098 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t573_574;
-    t1099_1100 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t599_600, t1097_1098);
-    t1101_1102 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1099_1100, t1095_1096);
-    t1103_1104 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1088_1089, t1101_1102);
-    t1105 = R::fused(-t1103_1104.second(), t965, t1094); // other
-    t1106_1107 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t734_735;
-    t1108_1109 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1099_1100, t1106_1107);
-    t1110 = R::fused(t1108_1109.second(), t981, t1105); // other
-    t1111 = R::fused(t603, t985, t1110); // other
-    t1112 = t1078_1079.second() - t1111; // other
-    t1113 = R::fused(-t605, t1112, t1077); // solved by the factors
-    t1114 = tau_left_ankle_pitch + t993; // other
+    t396 = t294_295.first() * t346;
     let (
-        t1115, t1116_1117, t1118_1119, t1120, t1121_1122, t1123, t1124_1125, t1126_1127, t1128_1129, t1130_1131,
-        t1132_1133, t1134, t1135_1136, t1137_1138, t1139, t1140, t1141, t1142, t1143, t1144, t1145, t1146_1147,
-        t1148_1149, t1150, t1151_1152, t1153, t1154_1155, t1156_1157, t1158_1159, t1160_1161, t1162_1163, t1164,
-        t1165_1166, t1167_1168, t1169, t1170, t1171, t1172, t1173, t1174, t1175, t1176, t1177_1178, t1179_1180, t1181,
-        t1182_1183, t1184, t1185_1186, t1187_1188, t1189_1190, t1191_1192, t1193_1194, t1195, t1196_1197, t1198_1199,
-        t1200, t1201, t1202, t1203, t1204, t1205, t1206, t1207_1208, t1209_1210, t1211_1212, t1213, t1214, t1215, t1216,
-        t1217, t1218_1219, t1220, t1221, t1222_1223, t1224_1225, t1226_1227, t1228_1229, t1230_1231, t1232, t1233_1234,
-        t1235_1236, t1237, t1238, t1239, t1240, t1241, t1242, t1243, t1244, t1245, t1246, t1247, t1248, t1249, t1250,
-        t1251, t1252, t1253, t1254, t1255, t1256, t1257, t1258, t1259, t1260, t1261, t1262, t1263, t1264, t1265, t1266,
-        t1267, t1268, t1269, t1270, t1271, t1272, t1273, t1274, t1275, t1276, t1277, t1278, t1279, t1280, t1281, t1282,
-        t1283, t1284, t1285, t1286, t1287, t1288, t1289, t1290, t1291, t1292, t1293, t1294, t1295, t1296, t1297, t1298,
-        t1299, t1300, t1301, t1302, t1303, t1304, t1305, t1306, t1307, t1308, t1309, t1310, t1311, t1312, t1313, t1314,
-        t1315, t1316, t1317, t1318, t1319, t1320, t1321, t1322, t1323, t1324, t1325, t1326, t1327, t1328, t1329, t1330,
-        t1331, t1332, t1333, t1334, t1335, t1336, t1337, t1338, t1339, t1340, t1341, t1342, t1343, t1344_1345,
-        t1346_1347, t1348_1349, t1350_1351, t1352_1353, t1354_1355, t1356_1357, t1358_1359, t1360, t1361, t1362, t1363,
-        t1364, t1365_1366, t1367_1368, t1369_1370, t1371_1372, t1373, t1374, t1375, t1376, t1377, t1378, t1379, t1380,
-        t1381, t1382_1383, t1384, t1385, t1386, t1387, t1388, t1389, t1390, t1391, t1392, t1393, t1394, t1395, t1396,
-        t1397, t1398, t1399, t1400, t1401, t1402, t1403, t1404, t1405, t1406, t1407, t1408, t1409, t1410, t1411, t1412,
-        t1413, t1414, t1415, t1416, t1417, t1418, t1419, t1420, t1421, t1422, t1423, t1424,
+        t397, t398, t399, t400, t401, t402, t403, t404, t405, t406, t407, t408_409, t410, t411_412, t413_414, t415,
+        t416, t417, t418, t419, t420, t421, t422, t423, t424, t425_426, t427_428, t429_430, t431_432, t433_434,
+        t435_436, t437_438, t439_440, t441, t442, t443, t444, t445_446, t447_448, t449_450, t451_452, t453_454,
+        t455_456, t457_458, t459_460, t461_462, t463_464, t465_466, t467_468, t469_470, t471_472, t473_474, t475_476,
+        t477_478, t479_480, t481_482, t483_484, t485, t486, t487_488, t489_490, t491_492, t493_494, t495_496, t497_498,
+        t499_500, t501_502, t503_504, t505_506, t507_508, t509_510, t511_512, t513_514, t515_516, t517_518, t519_520,
+        t521_522, t523_524, t525_526, t527_528, t529_530, t531_532, t533_534, t535_536, t537_538, t539_540, t541_542,
+        t543_544, t545_546, t547_548, t549_550, t551_552, t553_554, t555_556, t557_558, t559_560, t561_562, t563_564,
+        t565_566, t567_568, t569_570, t571_572, t573_574, t575_576, t577_578, t579_580, t581_582, t583_584, t585_586,
+        t587_588, t589_590, t591_592, t593_594, t595_596, t597_598, t599_600, t601_602, t603_604, t605_606, t607_608,
+        t609_610, t611_612, t613_614, t615, t616, t617, t618_619, t620_621, t622_623, t624_625, t626_627, t628_629,
+        t630_631, t632, t633, t634_635, t636_637, t638_639, t640_641, t642_643, t644_645, t646_647, t648_649, t650_651,
+        t652_653, t654_655, t656_657, t658_659, t660_661, t662_663, t664_665, t666, t667_668, t669_670, t671_672,
+        t673_674, t675_676, t677_678, t679_680, t681_682, t683, t684_685, t686_687, t688_689, t690_691, t692_693,
+        t694_695, t696_697, t698_699, t700_701, t702_703, t704_705, t706_707, t708_709, t710_711, t712_713, t714_715,
+        t716_717, t718_719, t720_721, t722_723, t724_725, t726_727, t728_729, t730_731, t732, t733, t734, t735, t736,
+        t737, t738_739, t740_741, t742_743, t744_745, t746_747, t748_749, t750, t751, t752, t753, t754, t755, t756,
+        t757, t758, t759, t760, t761_762, t763_764, t765, t766, t767_768, t769_770, t771_772, t773, t774, t775, t776,
+        t777_778, t779_780, t781, t782, t783, t784_785, t786_787, t788, t789, t790, t791, t792, t793, t794, t795_796,
+        t797_798, t799, t800, t801, t802_803, t804_805, t806_807, t808_809, t810, t811, t812, t813, t814, t815, t816,
+        t817, t818, t819, t820_821, t822_823, t824_825, t826,
     );
-    t1115 = t623_624.second() * t346; // other
+    t397 = R::fused(-t337_338.first(), t382, t396);
+    t398 = t349 + t397;
+    t399 = t378_379.first() * t382;
+    t400 = t387_388.first() * R::constant(0.03);
+    t401 = t100 * t89;
+    t402 = R::fused(-t325, t329, t401);
+    t403 = R::fused(t339, t343, t402);
+    t404 = R::constant(0.03) + t403;
+    t405 = R::fused(-t294_295.first(), t404, t399);
+    t406 = t337_338.first() * t404;
+    t407 = R::fused(-t378_379.first(), t346, t406);
+    t408_409 = t378_379 - t391_392; // right_foot, left_foot: motion
+    t410 = R::fused(-t408_409.first(), R::constant(0.08), t400);
+    // right_foot, left_foot: wrench that its motion needs
+    t411_412 = R::Two::fused(both(R::constant(0.000855)), t408_409, t389_390);
+    t413_414 = both(R::constant(0.0285)) * t408_409;
+    t415 = t385_386.first() - t410; // other
+    t416 = t415 + t407; // other
+    t417 = sin_q_right_ankle_roll * t362_363.first(); // right_foot: motion
+    t418 = R::fused(cos_q_right_ankle_roll, t312_313.first(), t417); // right_foot: motion
+    t419 = t294_295.first() - t323_324.first(); // right_foot: motion
+    // other
+    t420 = t419 * R::constant(0.03);
+    t421 = R::fused(t368, R::constant(0.08), t420);
+    t422 = t418 + t421;
+    t423 = t422 + t405;
+    t424 = R::constant(0.0285) * t368; // right_foot: wrench that its motion needs
+    // right_ankle, left_ankle: sums of what it carries
+    t425_426 = both(R::constant(0.00207575)) - t33_34;
+    t427_428 = R::Two::fused(-t11_12, t425_426, t39_40);
+    t429_430 = t7_8 * t425_426;
+    t431_432 = R::Two::fused(both(R::constant(-2.0)), t27_28, t429_430);
+    t433_434 = R::Two::fused(both(R::constant(-0.273)), t37_38, t427_428);
+    t435_436 = t33_34 + t431_432;
+    t437_438 = both(R::constant(0.00207575)) - t431_432;
+    t439_440 = both(R::constant(0.065449478333)) - t435_436;
+    // other
+    t441 = t89 * t398;
+    t442 = R::fused(t351, t416, t441);
+    t443 = R::fused(t157, t423, t442);
+    t444 = t72 - t443;
+    // right_ankle, left_ankle: sums of what it carries
+    t445_446 = both(R::constant(0.546)) * t35_36;
+    t447_448 = t437_438 + t445_446;
+    t449_450 = t41_42 + t445_446;
+    t451_452 = both(R::constant(0.06634781167)) + t449_450;
+    t453_454 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t455_456 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t37_38;
+    t457_458 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t37_38;
+    t459_460 = both(R::constant(0.29034)) + t35_36; // right_ankle, left_ankle: sums of what it carries
+    t461_462 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t463_464 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
+    // right_foot, left_foot: sums of what it carries
+    t465_466 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t467_468 = both(R::constant(0.00092625)) * t465_466;
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t469_470 = t433_434 * t25_26;
+    t471_472 = t433_434 * t21_22;
+    t473_474 = R::Two::fused(both(R::constant(-2.0)), t471_472, t433_434);
+    t475_476 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t459_460, -t455_456);
+    t477_478 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t459_460, t457_458);
     // right_ankle, left_ankle: mass matrix
-    t1116_1117 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t613_614;
-    t1118_1119 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t621_622, t1116_1117);
-    t1120 = R::fused(t1118_1119.second(), t950, t1115); // other
-    t1121_1122 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t619_620;
-    t1123 = R::fused(t1121_1122.second(), t1093, t1120); // other
-    t1124_1125 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t740_741;
-    t1126_1127 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t628_629;
-    t1128_1129 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t638_639, t1126_1127);
-    t1130_1131 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1128_1129, t1124_1125);
-    t1132_1133 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t1121_1122, t1130_1131);
-    t1134 = R::fused(t1132_1133.second(), t965, t1123); // other
-    t1135_1136 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t740_741;
-    t1137_1138 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1128_1129, t1135_1136);
-    t1139 = R::fused(-t1137_1138.second(), t981, t1134); // other
-    t1140 = R::fused(-t642, t985, t1139); // other
-    t1141 = t1114 - t1140; // other
-    t1142 = R::fused(t644, t1112, t1141); // solved by the factors
-    t1143 = R::fused(-t648, t1142, t1113); // solved by the factors
-    t1144 = tau_left_knee_pitch + t1003; // other
-    t1145 = t658_659.second() * t346; // other
+    t479_480 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t35_36, t457_458);
+    t481_482 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t35_36, t455_456);
+    t483_484 = R::Two::fused(both(R::constant(0.273)), t35_36, t41_42);
+    t485 = R::fused(-t4_5.second(), t6, t41_42.second()); // factors of the mass matrix
+    t486 = R::constant(1.0) / t485; // factors of the mass matrix
+    t487_488 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
+    t489_490 = both(R::constant(0.63)) * t475_476; // right_lower_leg, left_lower_leg: sums of what it carries
+    t491_492 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t477_478; // right_upper_leg, left_upper_leg
+    // right_ankle, left_ankle: sums of what it carries
+    t493_494 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t467_468;
+    t495_496 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t467_468;
+    t497_498 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t4_5, t493_494);
+    t499_500 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t4_5, t495_496);
+    t501_502 = R::Two::fused(both(R::constant(0.273)), t29_30, t4_5); // right_foot, left_foot: mass matrix
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t503_504 = t447_448 + t439_440;
+    t505_506 = R::Two::fused(-t25_26, t503_504, t473_474);
+    t507_508 = t21_22 * t503_504;
+    t509_510 = R::Two::fused(both(R::constant(-2.0)), t469_470, t507_508);
+    t511_512 = R::Two::fused(both(R::constant(-0.315)), t477_478, t505_506);
+    t513_514 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t477_478; // right_upper_leg, left_upper_leg
+    t515_516 = t439_440 - t509_510;
+    t517_518 = t447_448 - t509_510;
+    t519_520 = both(R::constant(0.23740175003)) + t515_516;
+    t521_522 = t517_518 + t489_490;
+    t523_524 = t451_452 + t489_490;
+    t525_526 = both(R::constant(0.24091175)) + t523_524;
+    t527_528 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t497_498;
+    t529_530 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t497_498;
+    t531_532 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0077805)), t499_500);
+    t533_534 = both(R::constant(0.8932)) + t475_476;
+    t535_536 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t13_14; // right_hip_roll_link, left_hip_roll_link
+    t537_538 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t13_14; // right_foot, left_foot: mass matrix
+    t539_540 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t13_14; // right_hip_roll_link, left_hip_roll_link
+    // right_foot, left_foot: mass matrix
+    t541_542 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2_3;
+    t543_544 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2_3;
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t545_546 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t531_532, t527_528);
+    t547_548 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t531_532, -t529_530);
+    // right_ankle, left_ankle: mass matrix
+    t549_550 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t499_500, t529_530);
+    t551_552 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t499_500, t527_528);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t553_554 = t511_512 * t461_462;
+    t555_556 = both(R::constant(0.3067820617)) - t525_526;
+    t557_558 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t533_534, t491_492);
+    t559_560 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t533_534, -t513_514);
     // right_lower_leg, left_lower_leg: mass matrix
-    t1146_1147 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t650_651;
-    t1148_1149 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t656_657, t1146_1147);
-    t1150 = R::fused(t1148_1149.second(), t950, t1145); // other
-    t1151_1152 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t654_655;
-    t1153 = R::fused(t1151_1152.second(), t1093, t1150); // other
-    t1154_1155 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t745_746;
-    t1156_1157 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t661_662;
-    t1158_1159 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t665_666, t1156_1157);
-    t1160_1161 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1158_1159, t1154_1155);
-    t1162_1163 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1151_1152, t1160_1161);
-    t1164 = R::fused(-t1162_1163.second(), t965, t1153); // other
-    t1165_1166 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t745_746;
-    t1167_1168 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1158_1159, t1165_1166);
-    t1169 = R::fused(t1167_1168.second(), t981, t1164); // other
-    t1170 = R::fused(-t669, t985, t1169); // other
-    t1171 = t1144 - t1170; // other
-    t1172 = R::fused(t671, t1112, t1171); // solved by the factors
-    t1173 = R::fused(-t674, t1142, t1172); // solved by the factors
-    t1174 = R::fused(-t679, t1173, t1143); // solved by the factors
-    t1175 = tau_left_hip_pitch + t1011; // other
-    t1176 = t685_686.second() * t346; // other
+    t561_562 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t475_476, t513_514);
+    t563_564 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t475_476, t491_492);
+    t565_566 = R::Two::fused(both(R::constant(0.315)), t475_476, t451_452);
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t567_568 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t559_560, t535_536);
+    t569_570 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t559_560, t539_540);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t571_572 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t545_546;
+    t573_574 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t545_546;
+    t575_576 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0089775)), t547_548);
+    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
+    t577_578 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t557_558;
+    t579_580 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t567_568, t577_578);
+    t581_582 = t521_522 + t519_520; // right_upper_leg, left_upper_leg: sums of what it carries
+    // right_foot, left_foot: mass matrix
+    t583_584 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t537_538;
+    t585_586 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t537_538;
+    t587_588 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t29_30, t583_584);
+    t589_590 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t29_30, t585_586);
+    t591_592 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t575_576, -t571_572);
+    t593_594 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t547_548, t571_572);
+    t595_596 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t575_576, t573_574);
+    t597_598 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t547_548, t573_574);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t599_600 = t453_454 * t581_582;
+    t601_602 = R::Two::fused(both(R::constant(-2.0)), t553_554, t599_600);
+    t603_604 = t511_512 * t453_454;
+    t605_606 = R::Two::fused(both(R::constant(-2.0)), t603_604, t511_512);
+    t607_608 = R::Two::fused(-t461_462, t581_582, t605_606);
+    t609_610 = t519_520 - t601_602;
+    t611_612 = t521_522 - t601_602;
+    t613_614 = t591_592 * t487_488; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t615 = t579_580.second() * R::constant(0.15); // left_hip_yaw_link: sums of what it carries
+    t616 = R::constant(0.15) * t579_580.first(); // right_hip_yaw_link: sums of what it carries
+    t617 = t579_580.second() + t579_580.first(); // right_hip_yaw_link: sums of what it carries
+    // right_foot, left_foot: mass matrix
+    t618_619 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t587_588;
+    t620_621 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t587_588;
+    t622_623 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t589_590, t618_619);
+    t624_625 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t589_590, t620_621);
+    t626_627 = R::Two::fused(both(R::constant(0.315)), t589_590, t501_502);
+    t628_629 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t624_625, t541_542);
+    t630_631 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t624_625, t543_544);
+    t632 = t617 - R::constant(1.425); // other
+    t633 = t579_580.first() - t632; // other
+    t634_635 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t9_10;
+    t636_637 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t9_10;
+    t638_639 = R::Two::fused(both(R::constant(-0.00207575)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t634_635);
+    t640_641 = R::Two::fused(both(R::constant(0.00207575)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t636_637);
+    t642_643 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), both(R::constant(0.0077805)), t640_641);
+    t644_645 = t609_610 - t555_556; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t646_647 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t626_627;
+    t648_649 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t622_623;
+    t650_651 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t622_623;
+    t652_653 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t628_629, t648_649);
+    t654_655 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t628_629, t650_651);
+    // right_ankle, left_ankle: mass matrix
+    t656_657 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t479_480;
+    t658_659 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t479_480;
+    t660_661 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t481_482, t656_657);
+    t662_663 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t481_482, t658_659);
+    t664_665 = R::Two::fused(both(R::constant(-0.315)), t481_482, t483_484);
+    t666 = R::fused(-t501_502.second(), t6, t483_484.second()); // factors of the mass matrix
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t667_668 = t463_464 * t644_645;
+    t669_670 = R::Two::fused(both(R::constant(2.0)), t613_614, t667_668);
+    t671_672 = t591_592 * t463_464;
+    t673_674 = R::Two::fused(both(R::constant(-2.0)), t671_672, t591_592);
+    t675_676 = R::Two::fused(t487_488, t644_645, t673_674);
+    t677_678 = t609_610 - t669_670;
+    t679_680 = t555_556 + t669_670;
+    t681_682 = both(R::constant(0.3068020617)) - t677_678;
+    t683 = R::constant(0.075) * t652_653.second(); // left_foot: mass matrix
+    // right_foot, left_foot: mass matrix
+    t684_685 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t638_639;
+    t686_687 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t638_639;
+    t688_689 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t642_643, t684_685);
+    t690_691 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t642_643, t686_687);
+    t692_693 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), both(R::constant(0.0089775)), t690_691);
+    // right_ankle, left_ankle: mass matrix
+    t694_695 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t660_661;
+    t696_697 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t660_661;
+    t698_699 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t662_663;
+    t700_701 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t662_663;
+    t702_703 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t698_699, t694_695);
+    t704_705 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t698_699, t696_697);
+    t706_707 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t664_665;
+    t708_709 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t549_550;
+    t710_711 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t549_550;
+    t712_713 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t551_552, t708_709);
+    t714_715 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t551_552, t710_711);
+    t716_717 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t712_713, t706_707);
+    // right_foot, left_foot: mass matrix
+    t718_719 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t688_689;
+    t720_721 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t688_689;
+    t722_723 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t692_693, t718_719);
+    t724_725 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t692_693, t720_721);
+    t726_727 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t722_723, t646_647);
+    // right_lower_leg, left_lower_leg: mass matrix
+    t728_729 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t561_562;
+    t730_731 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t561_562;
+    t732 = R::fused(R::constant(0.075), t579_580.first(), t681_682.first()); // right_hip_yaw_link: mass matrix
+    t733 = t681_682.second() - t615; // left_hip_yaw_link: sums of what it carries
+    t734 = R::constant(0.154455) + t733; // left_hip_yaw_link: sums of what it carries
+    t735 = t681_682.first() + t616; // right_hip_yaw_link: sums of what it carries
+    t736 = t734 + t735; // right_hip_yaw_link: sums of what it carries
+    t737 = R::constant(0.075) * t702_703.second(); // left_ankle: mass matrix
+    t738_739 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t563_564;
+    t740_741 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t563_564;
+    t742_743 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t738_739, t728_729);
+    t744_745 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t738_739, t730_731);
+    t746_747 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t565_566;
+    t748_749 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t593_594, t746_747);
+    t750 = t501_502.second() * R::constant(481.7535830422739); // factors of the mass matrix
+    t751 = R::fused(-t501_502.second(), t750, t451_452.second()); // factors of the mass matrix
+    t752 = t716_717.second() - t737; // left_ankle: mass matrix
+    t753 = t737 - t752; // other
+    t754 = t666 * t486; // factors of the mass matrix
+    t755 = R::fused(-t666, t754, t751); // factors of the mass matrix
+    t756 = R::constant(1.0) / t755; // factors of the mass matrix
+    t757 = t726_727.second() + t683; // left_foot: mass matrix
+    t758 = t683 + t757; // other
+    t759 = R::fused(t758, t6, t753); // factors of the mass matrix
+    t760 = R::constant(0.075) * t742_743.second(); // left_lower_leg: mass matrix
     // right_upper_leg, left_upper_leg: mass matrix
-    t1177_1178 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t523_524;
-    t1179_1180 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t683_684, t1177_1178);
-    t1181 = R::fused(t1179_1180.second(), t950, t1176); // other
-    t1182_1183 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t513_514;
-    t1184 = R::fused(-t1182_1183.second(), t1093, t1181); // other
-    t1185_1186 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t718_719;
-    t1187_1188 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t461_462;
-    t1189_1190 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t497_498, t1187_1188);
-    t1191_1192 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1189_1190, t1185_1186);
-    t1193_1194 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1182_1183, t1191_1192);
-    t1195 = R::fused(t1193_1194.second(), t965, t1184); // other
-    t1196_1197 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t718_719;
-    t1198_1199 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1189_1190, t1196_1197);
-    t1200 = R::fused(-t1198_1199.second(), t981, t1195); // other
-    t1201 = R::fused(t692, t985, t1200); // other
-    t1202 = t1175 + t1201; // other
+    t761_762 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t559_560;
+    t763_764 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t559_560;
+    t765 = R::fused(R::constant(-0.075), t617, t736); // other
+    t766 = t732 - t765; // other
+    t767_768 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t557_558;
+    t769_770 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t767_768, t761_762);
+    t771_772 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t767_768, t763_764);
+    t773 = t748_749.second() - t760; // left_lower_leg: mass matrix
+    t774 = t760 - t773; // other
+    t775 = R::fused(t758, t750, t774); // factors of the mass matrix
+    t776 = R::fused(-t759, t754, t775); // factors of the mass matrix
+    t777_778 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t525_526;
+    t779_780 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t591_592, t777_778);
+    t781 = t758 * R::constant(481.7535830422739); // factors of the mass matrix
+    t782 = t626_627.second() * R::constant(481.7535830422739); // factors of the mass matrix
+    t783 = R::fused(-t626_627.second(), t6, t664_665.second()); // factors of the mass matrix
+    // right_ankle, left_ankle: mass matrix
+    t784_785 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t664_665;
+    t786_787 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t712_713, t784_785);
+    t788 = R::fused(R::constant(-0.075), t633, t766); // other
+    t789 = R::fused(t758, t781, t788); // factors of the mass matrix
+    t790 = t759 * t486; // factors of the mass matrix
+    t791 = R::fused(t759, t790, t789); // factors of the mass matrix
+    t792 = R::constant(0.075) * t769_770.second(); // left_upper_leg: mass matrix
+    t793 = t783 * t486; // factors of the mass matrix
+    t794 = R::fused(-t626_627.second(), t750, t565_566.second()); // factors of the mass matrix
+    // right_lower_leg, left_lower_leg: mass matrix
+    t795_796 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t565_566;
+    t797_798 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t593_594, t795_796);
+    t799 = R::fused(-t783, t754, t794); // factors of the mass matrix
+    t800 = R::fused(-t626_627.second(), t782, t525_526.second()); // factors of the mass matrix
+    t801 = R::fused(-t783, t793, t800); // factors of the mass matrix
+    // right_foot, left_foot: mass matrix
+    t802_803 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t626_627;
+    t804_805 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t722_723, t802_803);
+    // right_upper_leg, left_upper_leg: mass matrix
+    t806_807 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t525_526;
+    t808_809 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t591_592, t806_807);
+    t810 = t779_780.second() + t792; // left_upper_leg: mass matrix
+    t811 = t792 + t810; // other
+    // factors of the mass matrix
+    t812 = R::fused(-t758, t782, t811);
+    t813 = R::fused(t759, t793, t812);
+    t814 = t776 * t756;
+    t815 = R::fused(t776, t814, t791);
+    t816 = t799 * t756;
+    t817 = R::fused(-t799, t816, t801);
+    t818 = R::constant(1.0) / t817;
+    t819 = R::fused(t776, t816, t813);
+    t820_821 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t569_570; // right_hip_roll_link, left_hip_roll_link
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t822_823 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t595_596;
+    t824_825 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t607_608, t822_823);
+    // factors of the mass matrix
+    t826 = t724_725.second() * R::constant(481.7535830422739);
+    let (
+        t827, t828, t829, t830, t831, t832, t833, t834_835, t836, t837, t838, t839, t840, t841, t842, t843, t844, t845,
+        t846, t847, t848, t849, t850, t851, t852, t853, t854, t855, t856, t857, t858, t859, t860, t861, t862, t863,
+        t864, t865, t866, t867, t868, t869, t870, t871, t872, t873, t874, t875, t876, t877, t878_879, t880_881,
+        t882_883, t884_885, t886_887, t888_889, t890_891, t892_893, t894_895, t896_897, t898_899, t900_901, t902_903,
+        t904_905, t906_907, t908_909, t910_911, t912_913, t914, t915, t916, t917, t918, t919_920, t921_922, t923, t924,
+        t925, t926, t927, t928, t929, t930, t931, t932_933, t934_935, t936_937, t938_939, t940_941, t942_943, t944,
+        t945, t946, t947, t948, t949, t950, t951, t952_953, t954_955, t956_957, t958_959, t960, t961, t962, t963, t964,
+        t965, t966, t967, t968, t969, t970, t971, t972, t973, t974, t975, t976_977, t978_979, t980_981, t982_983,
+        t984_985, t986_987, t988, t989, t990_991, t992_993, t994_995, t996_997, t998, t999, t1000, t1001, t1002, t1003,
+        t1004, t1005, t1006, t1007, t1008, t1009, t1010, t1011, t1012, t1013, t1014, t1015, t1016, t1017, t1018_1019,
+        t1020_1021, t1022_1023, t1024, t1025, t1026, t1027, t1028, t1029, t1030, t1031, t1032_1033, t1034_1035, t1036,
+        t1037, t1038, t1039, t1040, t1041_1042, t1043_1044, t1045, t1046, t1047, t1048, t1049, t1050, t1051, t1052,
+        t1053, t1054, t1055, t1056, t1057, t1058, t1059, t1060, t1061, t1062, t1063, t1064, t1065, t1066, t1067_1068,
+        t1069_1070, t1071, t1072, t1073, t1074, t1075, t1076, t1077, t1078, t1079, t1080, t1081, t1082, t1083, t1084,
+        t1085, t1086, t1087, t1088, t1089, t1090, t1091, t1092, t1093, t1094, t1095, t1096, t1097, t1098, t1099, t1100,
+        t1101, t1102, t1103, t1104, t1105, t1106, t1107, t1108, t1109, t1110, t1111, t1112, t1113, t1114, t1115, t1116,
+        t1117, t1118, t1119, t1120, t1121, t1122, t1123, t1124, t1125, t1126, t1127, t1128, t1129, t1130, t1131, t1132,
+    );
+    t827 = R::fused(-t724_725.second(), t6, t714_715.second());
+    t828 = R::fused(t724_725.second(), t750, t597_598.second());
+    t829 = R::fused(t827, t754, t828);
+    t830 = R::fused(t724_725.second(), t782, t595_596.second());
+    t831 = R::fused(t827, t793, t830);
+    t832 = R::fused(-t829, t816, t831);
+    t833 = R::constant(0.075) * t820_821.second(); // left_hip_roll_link: mass matrix
+    t834_835 = both(R::constant(0.3067920617)) + t611_612; // right_upper_leg, left_upper_leg: sums of what it carries
+    t836 = t827 * t486;
+    t837 = R::constant(0.075) * t579_580.second(); // left_hip_yaw_link: sums of what it carries
+    t838 = t726_727.second() * R::constant(481.7535830422739);
+    t839 = R::fused(-t726_727.second(), t6, t716_717.second());
+    t840 = R::fused(R::constant(0.075), t702_703.first(), t716_717.first()); // right_ankle: mass matrix
+    t841 = R::fused(-t726_727.second(), t750, t748_749.second());
+    t842 = R::fused(R::constant(0.075), t742_743.first(), t748_749.first()); // right_lower_leg: mass matrix
+    t843 = R::fused(-t839, t754, t841);
+    t844 = t824_825.second() - t833; // left_hip_roll_link: mass matrix
+    t845 = t833 - t844; // other
+    t846 = R::fused(-t758, t826, t845);
+    t847 = R::fused(t759, t836, t846);
+    t848 = t829 * t756;
+    t849 = R::fused(-t776, t848, t847);
+    t850 = R::fused(-t724_725.second(), t826, t834_835.second());
+    t851 = R::fused(-t827, t836, t850);
+    t852 = R::fused(-t829, t848, t851);
+    t853 = t681_682.second() - t837; // left_hip_yaw_link: mass matrix
+    t854 = R::fused(-t726_727.second(), t838, t681_682.second());
+    t855 = t837 - t853; // other
+    t856 = R::fused(t758, t838, t855);
+    t857 = t819 * t818;
+    t858 = R::fused(t819, t857, t815);
+    t859 = t832 * t818;
+    t860 = R::fused(-t832, t859, t852);
+    t861 = R::constant(1.0) / t860;
+    t862 = R::fused(t819, t859, t849);
+    t863 = t839 * t486;
+    t864 = R::fused(-t759, t863, t856);
+    t865 = R::fused(-t839, t863, t854);
+    t866 = t843 * t756;
+    t867 = R::fused(-t776, t866, t864);
+    t868 = R::fused(-t843, t866, t865);
+    t869 = R::fused(-t726_727.second(), t782, t779_780.second());
+    t870 = R::fused(R::constant(-0.075), t769_770.first(), t779_780.first()); // right_upper_leg: mass matrix
+    t871 = R::fused(-t839, t793, t869);
+    t872 = R::fused(-t843, t816, t871);
+    t873 = R::fused(t726_727.second(), t826, t824_825.second());
+    t874 = R::fused(t839, t836, t873);
+    t875 = R::fused(-t843, t848, t874);
+    t876 = R::fused(R::constant(-0.075), t652_653.first(), t726_727.first()); // right_foot: mass matrix
+    t877 = R::fused(-t872, t859, t875);
+    t878_879 = both(R::constant(0.3067820617)) * t146_147; // right_hip_roll_link, left_hip_roll_link
+    t880_881 = t117_118 * t124_125; // right_hip_roll_link, left_hip_roll_link: motion
+    t882_883 = R::Two::fused(both(R::constant(0.3067920617)), t880_881, t878_879);
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t884_885 = t128_129 * t124_125;
+    t886_887 = t128_129 * t117_118;
+    t888_889 = R::Two::fused(both(R::constant(0.3067820617)), t886_887, t198_199);
+    // right_upper_leg, left_upper_leg: wrench that its motion needs
+    t890_891 = both(R::constant(0.24091175)) * t146_147;
+    t892_893 = R::Two::fused(both(R::constant(0.23740175003)), t176_177, t890_891);
+    t894_895 = R::Two::fused(two(R::constant(0.8932), R::constant(-0.8932)), t214_215, t892_893);
+    // right_lower_leg, left_lower_leg: wrench that its motion needs
+    t896_897 = both(R::constant(0.06634781167)) * t146_147;
+    t898_899 = R::Two::fused(both(R::constant(0.065449478333)), t224_225, t896_897);
+    t900_901 = R::Two::fused(both(R::constant(-0.29034)), t272_273, t898_899);
+    t902_903 = both(R::constant(0.00383375)) * t146_147; // right_ankle, left_ankle: wrench that its motion needs
+    // right_ankle, left_ankle: motion
+    t904_905 = t230_231 * t284_285;
+    t906_907 = t284_285 * t188_189;
+    t908_909 = R::Two::fused(both(R::constant(-0.00382375)), t904_905, t902_903); // right_ankle, left_ankle
+    t910_911 = t146_147 - t904_905;
+    t912_913 = R::Two::fused(both(R::constant(0.0171)), t312_313, t908_909); // right_ankle, left_ankle
+    // factors of the mass matrix
+    t914 = t862 * t861;
+    t915 = R::fused(t862, t914, t858);
+    t916 = t872 * t818;
+    t917 = R::fused(t819, t916, t867);
+    t918 = R::fused(-t872, t916, t868);
+    // right_foot, left_foot: wrench that its motion needs
+    t919_920 = both(R::constant(0.00092625)) * t294_295;
+    t921_922 = R::Two::fused(both(R::constant(0.00207575)), t323_324, t919_920);
+    t923 = t294_295.second() + t323_324.second(); // left_foot: motion
+    t924 = R::fused(R::constant(0.000855), t369, t921_922.first()); // right_foot: wrench that its motion needs
+    t925 = R::fused(R::constant(0.000855), t393, t921_922.second()); // left_foot: wrench that its motion needs
+    t926 = R::fused(R::constant(-0.0285), t310_311.first(), t924); // right_foot: wrench that its motion needs
+    t927 = R::fused(R::constant(-0.0285), t310_311.second(), t925); // left_foot: wrench that its motion needs
+    // factors of the mass matrix
+    t928 = t877 * t861;
+    t929 = R::fused(-t862, t928, t917);
+    t930 = R::fused(-t877, t928, t918);
+    t931 = R::constant(1.0) / t930;
+    // right_foot, left_foot: wrench handed to its parent
+    t932_933 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t413_414;
+    t934_935 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t413_414;
+    // right_ankle, left_ankle: motion
+    t936_937 = t188_189 * t188_189;
+    t938_939 = t230_231 * t188_189;
+    t940_941 = R::Two::fused(t230_231, t230_231, t936_937);
+    t942_943 = both(R::constant(0.0171)) * t940_941; // right_ankle, left_ankle: wrench that its motion needs
+    t944 = R::fused(R::constant(-0.0285), t347, t942_943.first()); // right_foot: wrench handed to its parent
+    t945 = R::fused(R::constant(-0.0285), t923, t942_943.second()); // left_foot: wrench handed to its parent
+    t946 = R::fused(-cos_q_right_ankle_roll, t424, t932_933.first()); // right_foot: wrench handed to its parent
+    t947 = R::fused(sin_q_right_ankle_roll, t424, t934_935.first()); // right_foot: wrench handed to its parent
+    t948 = R::fused(-cos_q_left_ankle_roll, t395, t932_933.second()); // left_foot: wrench handed to its parent
+    t949 = R::fused(sin_q_left_ankle_roll, t395, t934_935.second()); // left_foot: wrench handed to its parent
+    t950 = R::fused(R::constant(0.0171), t910_911.first(), -t946); // right_foot: wrench handed to its parent
+    t951 = R::fused(R::constant(0.0171), t910_911.second(), -t948); // left_foot: wrench handed to its parent
+    t952_953 = both(R::constant(0.00382375)) * t290_291; // right_ankle, left_ankle: wrench that its motion needs
+    t954_955 = t290_291 + t906_907;
+    // right_ankle, left_ankle: wrench that its motion needs
+    t956_957 = R::Two::fused(both(R::constant(0.00383375)), t906_907, t952_953);
+    t958_959 = R::Two::fused(both(R::constant(-0.0171)), t362_363, t956_957);
+    t960 = R::fused(R::constant(0.0171), t954_955.first(), -t947); // right_foot: wrench handed to its parent
+    t961 = R::fused(R::constant(0.0171), t954_955.second(), -t949); // left_foot: wrench handed to its parent
+    t962 = t929 * t931; // factors of the mass matrix
+    t963 = R::fused(t929, t962, t915); // factors of the mass matrix
+    t964 = R::constant(1.0) / t963; // factors of the mass matrix
+    // right_foot: wrench handed to its parent
+    t965 = cos_q_right_ankle_roll * t926;
+    t966 = sin_q_right_ankle_roll * t926;
+    t967 = R::fused(-sin_q_right_ankle_roll, t411_412.first(), t965);
+    t968 = R::fused(cos_q_right_ankle_roll, t411_412.first(), t966);
+    t969 = t912_913.first() + t967;
+    t970 = t958_959.first() - t968;
+    // right_ankle: wrench handed to its parent
+    t971 = sin_q_right_ankle_pitch * t950;
+    t972 = cos_q_right_ankle_pitch * t950;
+    t973 = R::fused(-cos_q_right_ankle_pitch, t944, t971);
+    t974 = R::fused(sin_q_right_ankle_pitch, t944, t972);
+    t975 = R::fused(R::constant(0.29034), t222_223.first(), t974);
+    // right_foot, left_foot: wrench that its motion needs
+    t976_977 = both(R::constant(0.00207575)) * t378_379;
+    t978_979 = R::Two::fused(both(R::constant(-0.00092625)), t391_392, t976_977);
+    t980_981 = R::Two::fused(both(R::constant(-0.000855)), t387_388, t978_979);
+    t982_983 = R::Two::fused(both(R::constant(0.0285)), t385_386, t980_981);
+    t984_985 = R::Two::fused(t938_939, both(R::constant(0.00001)), -t982_983); // right_foot, left_foot
+    t986_987 = two(tau_right_ankle_roll, tau_left_ankle_roll) + t982_983; // other
+    t988 = R::fused(R::constant(0.29034), t356_357.first(), -t960); // right_ankle: wrench handed to its parent
+    t989 = R::fused(R::constant(0.29034), t356_357.second(), -t961); // left_ankle: wrench handed to its parent
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t990_991 = t98_99 * t86_87;
+    t992_993 = t86_87 * t94_95;
+    t994_995 = t98_99 * t94_95;
+    t996_997 = R::Two::fused(both(R::constant(-0.3068020617)), t992_993, t198_199);
+    t998 = t900_901.first() + t969; // right_ankle: wrench handed to its parent
+    t999 = tau_right_ankle_pitch + t969; // other
+    // right_ankle: wrench handed to its parent
+    t1000 = R::fused(R::constant(0.273), t973, t998);
+    t1001 = R::fused(R::constant(0.29034), t246_247.first(), t973);
+    t1002 = cos_q_right_ankle_pitch * t970;
+    t1003 = sin_q_right_ankle_pitch * t970;
+    t1004 = R::fused(-sin_q_right_ankle_pitch, t984_985.first(), t1002);
+    t1005 = R::fused(cos_q_right_ankle_pitch, t984_985.first(), t1003);
+    t1006 = t376_377.first() - t1004;
+    t1007 = t360_361.first() + t1005;
+    t1008 = R::fused(R::constant(0.273), t960, t1007);
+    // right_lower_leg: wrench handed to its parent
+    t1009 = sin_q_right_knee_pitch * t975;
+    t1010 = cos_q_right_knee_pitch * t975;
+    t1011 = R::fused(cos_q_right_knee_pitch, t1001, t1009);
+    t1012 = R::fused(-sin_q_right_knee_pitch, t1001, t1010);
+    t1013 = R::fused(R::constant(0.8932), t172_173.first(), t1012);
+    t1014 = t894_895.first() + t1000;
+    t1015 = tau_right_knee_pitch + t1000; // other
+    t1016 = R::fused(R::constant(0.315), t1011, t1014);
+    t1017 = R::fused(R::constant(0.8932), t218_219.first(), t1011);
+    t1018_1019 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t557_558; // right_hip_yaw_link, left_hip_yaw_link
+    t1020_1021 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t557_558; // right_upper_leg, left_upper_leg
+    t1022_1023 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t567_568, t1018_1019);
+    // other
+    t1024 = t329 * t398;
+    t1025 = t343 * t398;
+    t1026 = R::fused(t353, t416, t1024);
+    t1027 = R::fused(-t355, t416, t1025);
+    t1028 = R::fused(t330, t423, t1026);
+    t1029 = R::fused(-t344, t423, t1027);
+    t1030 = t107 + t1028;
+    t1031 = t119 - t1029;
+    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
+    t1032_1033 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t824_825;
+    t1034_1035 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t675_676, t1032_1033);
+    t1036 = t378_379.first() * t89; // other
+    t1037 = R::fused(t294_295.first(), t351, t1036); // other
+    t1038 = R::fused(t337_338.first(), t157, t1037); // other
+    t1039 = t882_883.first() - t1016; // right_upper_leg: wrench handed to its parent
+    t1040 = tau_right_hip_pitch + t1016; // other
+    t1041_1042 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t824_825;
+    t1043_1044 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t675_676, t1041_1042);
+    t1045 = R::fused(R::constant(0.075), t820_821.first(), t824_825.first()); // right_hip_roll_link: mass matrix
+    t1046 = R::constant(2.444) + t569_570.second(); // left_hip_yaw_link: sums of what it carries
+    t1047 = t569_570.first() + t1046; // right_hip_yaw_link: sums of what it carries
+    // other
+    t1048 = t378_379.first() * t329;
+    t1049 = R::fused(t294_295.first(), t353, t1048);
+    t1050 = t378_379.first() * t343;
+    t1051 = R::fused(-t294_295.first(), t355, t1050);
+    t1052 = R::fused(t337_338.first(), t330, t1049);
+    t1053 = R::fused(-t337_338.first(), t344, t1051);
+    t1054 = sin_q_right_hip_roll * t1039; // right_hip_roll_link: wrench handed to its parent
+    t1055 = cos_q_right_hip_roll * t1039; // right_hip_roll_link: wrench handed to its parent
+    // right_lower_leg: wrench handed to its parent
+    t1056 = cos_q_right_knee_pitch * t1006;
+    t1057 = sin_q_right_knee_pitch * t1006;
+    t1058 = R::fused(sin_q_right_knee_pitch, t1008, t1056);
+    t1059 = R::fused(-cos_q_right_knee_pitch, t1008, t1057);
+    t1060 = t252_253.first() + t1058;
+    t1061 = t260_261.first() - t1059;
+    t1062 = R::fused(R::constant(-0.315), t988, t1061);
+    t1063 = R::fused(R::constant(0.8932), t256_257.first(), t988);
+    t1064 = R::fused(R::constant(0.8932), t256_257.second(), t989); // left_lower_leg: wrench handed to its parent
+    t1065 = t1022_1023.second() * t1030; // other
+    t1066 = t1034_1035.second() * t1038; // other
+    t1067_1068 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t569_570, t1043_1044);
+    t1069_1070 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t569_570; // right_hip_roll_link, left_hip_roll_link
+    t1071 = t1067_1068.second() + t1067_1068.first(); // right_hip_yaw_link: sums of what it carries
+    // left_foot: wrench handed to its parent
+    t1072 = cos_q_left_ankle_roll * t927;
+    t1073 = sin_q_left_ankle_roll * t927;
+    t1074 = R::fused(-sin_q_left_ankle_roll, t411_412.second(), t1072);
+    t1075 = R::fused(cos_q_left_ankle_roll, t411_412.second(), t1073);
+    t1076 = t912_913.second() + t1074;
+    t1077 = t958_959.second() - t1075;
+    t1078 = t900_901.second() + t1076; // left_ankle: wrench handed to its parent
+    // other
+    t1079 = tau_left_ankle_pitch + t1076;
+    t1080 = R::fused(t633, t444, t1065);
+    t1081 = R::fused(-t579_580.second(), t444, t1065);
+    t1082 = t1080 + t1066;
+    t1083 = t1066 + t1081;
+    t1084 = R::fused(-t1043_1044.second(), t1052, t1083);
+    t1085 = R::fused(t853, t1053, t1084);
+    // right_upper_leg: wrench handed to its parent
+    t1086 = cos_q_right_hip_pitch * t1060;
+    t1087 = sin_q_right_hip_pitch * t1060;
+    t1088 = R::fused(sin_q_right_hip_pitch, t1062, t1086);
+    t1089 = R::fused(-cos_q_right_hip_pitch, t1062, t1087);
+    t1090 = R::fused(t884_885.first(), R::constant(0.6135741234), -t1088);
+    t1091 = t888_889.first() + t1089;
+    // right_hip_roll_link: wrench handed to its parent
+    t1092 = R::fused(cos_q_right_hip_roll, t1090, t1054);
+    t1093 = R::fused(-sin_q_right_hip_roll, t1090, t1055);
+    t1094 = R::fused(R::constant(0.3067920617), t990_991.first(), -t1092);
+    t1095 = R::fused(t994_995.first(), R::constant(0.6135941234), -t1093);
+    // other
+    t1096 = R::fused(R::constant(-0.075), t1047, t1071);
+    t1097 = t1043_1044.first() - t1096;
+    t1098 = R::fused(t1097, t1052, t1082);
+    t1099 = R::fused(-t766, t1053, t1098);
+    // left_ankle: wrench handed to its parent
+    t1100 = sin_q_left_ankle_pitch * t951;
+    t1101 = cos_q_left_ankle_pitch * t951;
+    t1102 = R::fused(-cos_q_left_ankle_pitch, t945, t1100);
+    t1103 = R::fused(sin_q_left_ankle_pitch, t945, t1101);
+    t1104 = R::fused(R::constant(0.29034), t222_223.second(), t1103);
+    t1105 = R::fused(R::constant(0.273), t1102, t1078);
+    t1106 = R::fused(R::constant(0.29034), t246_247.second(), t1102);
+    t1107 = t894_895.second() + t1105; // left_lower_leg: wrench handed to its parent
+    t1108 = tau_left_knee_pitch + t1105; // other
+    t1109 = cos_q_left_ankle_pitch * t1077;
+    t1110 = sin_q_left_ankle_pitch * t1077;
+    t1111 = R::fused(-sin_q_left_ankle_pitch, t984_985.second(), t1109);
+    t1112 = R::fused(cos_q_left_ankle_pitch, t984_985.second(), t1110);
+    t1113 = t376_377.second() - t1111;
+    t1114 = t360_361.second() + t1112;
+    t1115 = R::fused(R::constant(0.273), t961, t1114);
+    t1116 = cos_q_left_hip_roll * t1064; // left_hip_roll_link: wrench handed to its parent
+    t1117 = sin_q_left_hip_roll * t1064; // left_hip_roll_link: wrench handed to its parent
+    // right_upper_leg: wrench handed to its parent
+    t1118 = sin_q_right_hip_pitch * t1013;
+    t1119 = cos_q_right_hip_pitch * t1013;
+    t1120 = R::fused(cos_q_right_hip_pitch, t1017, t1118);
+    t1121 = R::fused(-sin_q_right_hip_pitch, t1017, t1119);
+    // right_hip_roll_link: wrench handed to its parent
+    t1122 = cos_q_right_hip_roll * t1063;
+    t1123 = sin_q_right_hip_roll * t1063;
+    t1124 = R::fused(sin_q_right_hip_roll, t1121, t1122);
+    t1125 = R::fused(-cos_q_right_hip_roll, t1121, t1123);
+    t1126 = tau_right_hip_yaw + t1094; // other
+    t1127 = t1126 - t1099; // other
+    // left_lower_leg: wrench handed to its parent
+    t1128 = sin_q_left_knee_pitch * t1104;
+    t1129 = cos_q_left_knee_pitch * t1104;
+    t1130 = R::fused(cos_q_left_knee_pitch, t1106, t1128);
+    t1131 = R::fused(-sin_q_left_knee_pitch, t1106, t1129);
+    t1132 = R::fused(R::constant(0.8932), t172_173.second(), t1131);
+    let (
+        t1133, t1134, t1135, t1136, t1137, t1138, t1139, t1140, t1141, t1142, t1143, t1144, t1145, t1146, t1147, t1148,
+        t1149, t1150, t1151, t1152_1153, t1154_1155, t1156_1157, t1158_1159, t1160_1161, t1162, t1163, t1164, t1165,
+        t1166, t1167, t1168, t1169, t1170, t1171, t1172, t1173, t1174, t1175, t1176, t1177, t1178, t1179, t1180, t1181,
+        t1182, t1183, t1184, t1185, t1186, t1187, t1188, t1189, t1190, t1191, t1192, t1193, t1194, t1195, t1196, t1197,
+        t1198, t1199, t1200, t1201, t1202, t1203, t1204, t1205, t1206, t1207, t1208, t1209_1210, t1211_1212, t1213_1214,
+        t1215_1216, t1217_1218, t1219, t1220, t1221, t1222, t1223, t1224, t1225, t1226, t1227, t1228_1229, t1230_1231,
+        t1232_1233, t1234_1235, t1236_1237, t1238, t1239, t1240, t1241, t1242, t1243, t1244, t1245, t1246, t1247,
+        t1248_1249, t1250_1251, t1252_1253, t1254, t1255_1256, t1257_1258, t1259_1260, t1261_1262, t1263, t1264, t1265,
+        t1266, t1267, t1268, t1269, t1270, t1271, t1272, t1273, t1274, t1275, t1276, t1277, t1278, t1279, t1280, t1281,
+        t1282, t1283_1284, t1285_1286, t1287_1288, t1289_1290, t1291_1292, t1293, t1294, t1295, t1296, t1297, t1298,
+        t1299, t1300, t1301, t1302, t1303, t1304, t1305, t1306, t1307, t1308, t1309, t1310, t1311, t1312_1313,
+        t1314_1315, t1316_1317, t1318, t1319, t1320, t1321, t1322, t1323, t1324, t1325, t1326, t1327, t1328, t1329,
+        t1330, t1331, t1332, t1333, t1334, t1335, t1336, t1337, t1338, t1339, t1340, t1341, t1342, t1343, t1344, t1345,
+        t1346, t1347, t1348, t1349, t1350, t1351, t1352, t1353, t1354, t1355, t1356, t1357, t1358, t1359, t1360, t1361,
+        t1362, t1363, t1364, t1365, t1366, t1367, t1368, t1369, t1370, t1371, t1372, t1373, t1374, t1375, t1376, t1377,
+        t1378, t1379, t1380, t1381, t1382, t1383, t1384, t1385, t1386, t1387, t1388, t1389, t1390, t1391, t1392, t1393,
+        t1394, t1395, t1396, t1397, t1398, t1399, t1400_1401, t1402_1403, t1404_1405, t1406_1407, t1408_1409,
+        t1410_1411, t1412_1413, t1414_1415, t1416_1417, t1418, t1419, t1420, t1421, t1422, t1423, t1424, t1425, t1426,
+        t1427,
+    );
+    t1133 = R::fused(R::constant(0.315), t1130, t1107);
+    t1134 = R::fused(R::constant(0.8932), t218_219.second(), t1130);
+    t1135 = t882_883.second() - t1133; // left_upper_leg: wrench handed to its parent
+    t1136 = tau_left_hip_pitch + t1133; // other
+    t1137 = cos_q_left_knee_pitch * t1113;
+    t1138 = sin_q_left_knee_pitch * t1113;
+    t1139 = R::fused(sin_q_left_knee_pitch, t1115, t1137);
+    t1140 = R::fused(-cos_q_left_knee_pitch, t1115, t1138);
+    t1141 = t252_253.second() + t1139;
+    t1142 = t260_261.second() - t1140;
+    t1143 = R::fused(R::constant(-0.315), t989, t1142);
+    // right_hip_yaw_link: wrench handed to its parent
+    t1144 = cos_q_right_hip_yaw * t1120;
+    t1145 = sin_q_right_hip_yaw * t1120;
+    t1146 = R::fused(sin_q_right_hip_yaw, t1124, t1144);
+    t1147 = R::fused(-cos_q_right_hip_yaw, t1124, t1145);
+    t1148 = v_base_angular_x * v_base_angular_z; // torso: motion
+    t1149 = t652_653.second() * t444; // other
+    t1150 = R::fused(t654_655.second(), t1030, t1149); // other
+    t1151 = R::fused(t630_631.second(), t1031, t1150); // other
+    // right_foot, left_foot: mass matrix
+    t1152_1153 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t724_725;
+    t1154_1155 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t724_725;
+    t1156_1157 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t804_805, t1152_1153);
+    t1158_1159 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t804_805, t1154_1155);
+    t1160_1161 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t630_631, t1156_1157);
+    // other
+    t1162 = R::fused(-t1160_1161.second(), t1038, t1151);
+    t1163 = R::fused(t1158_1159.second(), t1052, t1162);
+    t1164 = R::fused(t757, t1053, t1163);
+    t1165 = t986_987.second() - t1164;
+    t1166 = sin_q_left_hip_roll * t1135; // left_hip_roll_link: wrench handed to its parent
+    t1167 = cos_q_left_hip_roll * t1135; // left_hip_roll_link: wrench handed to its parent
+    // left_upper_leg: wrench handed to its parent
+    t1168 = cos_q_left_hip_pitch * t1141;
+    t1169 = sin_q_left_hip_pitch * t1141;
+    t1170 = R::fused(sin_q_left_hip_pitch, t1143, t1168);
+    t1171 = R::fused(-cos_q_left_hip_pitch, t1143, t1169);
+    t1172 = R::fused(t884_885.second(), R::constant(0.6135741234), -t1170);
+    t1173 = t888_889.second() + t1171;
+    // left_hip_roll_link: wrench handed to its parent
+    t1174 = R::fused(cos_q_left_hip_roll, t1172, t1166);
+    t1175 = R::fused(-sin_q_left_hip_roll, t1172, t1167);
+    t1176 = R::fused(R::constant(0.3067920617), t990_991.second(), -t1174);
+    t1177 = R::fused(t994_995.second(), R::constant(0.6135941234), -t1175);
+    t1178 = R::fused(t46, R::constant(0.098295), t1176); // left_hip_yaw_link: wrench handed to its parent
+    t1179 = tau_left_hip_yaw + t1176; // other
+    t1180 = t1179 + t1085; // other
+    t1181 = R::fused(t838, t1165, t1180); // solved by the factors
+    // left_upper_leg: wrench handed to its parent
+    t1182 = sin_q_left_hip_pitch * t1132;
+    t1183 = cos_q_left_hip_pitch * t1132;
+    t1184 = R::fused(cos_q_left_hip_pitch, t1134, t1182);
+    t1185 = R::fused(-sin_q_left_hip_pitch, t1134, t1183);
+    t1186 = R::fused(sin_q_left_hip_roll, t1185, t1116); // left_hip_roll_link: wrench handed to its parent
+    t1187 = R::fused(-cos_q_left_hip_roll, t1185, t1117); // left_hip_roll_link: wrench handed to its parent
+    t1188 = t123 + t1187; // left_hip_yaw_link: wrench handed to its parent
+    t1189 = t1125 + t1188; // right_hip_yaw_link: wrench handed to its parent
+    t1190 = tau_base_linear_z + t1189; // other
+    // torso: wrench that its motion needs
+    t1191 = R::constant(2.444) * t1148;
+    t1192 = t1148 * R::constant(1.3432507904);
+    t1193 = R::fused(R::constant(19.0), t73, t1191);
+    t1194 = R::fused(R::constant(2.444), t73, t1192);
+    t1195 = t702_703.second() * t444; // other
+    t1196 = R::fused(t704_705.second(), t1030, t1195); // other
+    t1197 = R::fused(t700_701.second(), t1031, t1196); // other
+    // left_hip_yaw_link: wrench handed to its parent
+    t1198 = cos_q_left_hip_yaw * t1184;
+    t1199 = sin_q_left_hip_yaw * t1184;
+    t1200 = R::fused(sin_q_left_hip_yaw, t1186, t1198);
+    t1201 = R::fused(-cos_q_left_hip_yaw, t1186, t1199);
+    t1202 = t1193 + t1200;
+    t1203 = R::fused(R::constant(0.075), t1200, t1178);
+    t1204 = t1094 + t1203; // right_hip_yaw_link: wrench handed to its parent
+    t1205 = t1202 + t1146; // right_hip_yaw_link: wrench handed to its parent
+    t1206 = R::fused(R::constant(-0.075), t1146, t1204); // right_hip_yaw_link: wrench handed to its parent
+    t1207 = tau_base_linear_x - t1205; // other
+    t1208 = tau_base_angular_z + t1206; // other
+    // right_ankle, left_ankle: mass matrix
+    t1209_1210 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t714_715;
+    t1211_1212 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t714_715;
+    t1213_1214 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t786_787, t1209_1210);
+    t1215_1216 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t786_787, t1211_1212);
+    t1217_1218 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t700_701, t1213_1214);
+    // other
+    t1219 = R::fused(t1217_1218.second(), t1038, t1197);
+    t1220 = R::fused(-t1215_1216.second(), t1052, t1219);
+    t1221 = R::fused(-t752, t1053, t1220);
+    t1222 = t1079 - t1221;
+    t1223 = R::fused(t6, t1165, t1222); // solved by the factors
+    t1224 = R::fused(-t863, t1223, t1181); // solved by the factors
+    t1225 = t742_743.second() * t444;
+    t1226 = R::fused(t744_745.second(), t1030, t1225);
+    t1227 = R::fused(t740_741.second(), t1031, t1226);
+    // right_lower_leg, left_lower_leg: mass matrix
+    t1228_1229 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t597_598;
+    t1230_1231 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t597_598;
+    t1232_1233 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t797_798, t1228_1229);
+    t1234_1235 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t797_798, t1230_1231);
+    t1236_1237 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t740_741, t1232_1233);
+    // other
+    t1238 = R::fused(-t1236_1237.second(), t1038, t1227);
+    t1239 = R::fused(t1234_1235.second(), t1052, t1238);
+    t1240 = R::fused(-t773, t1053, t1239);
+    t1241 = t1108 - t1240;
+    t1242 = R::fused(t750, t1165, t1241); // solved by the factors
+    t1243 = R::fused(-t754, t1223, t1242); // solved by the factors
+    t1244 = R::fused(-t866, t1243, t1224); // solved by the factors
+    t1245 = t769_770.second() * t444;
+    t1246 = R::fused(t771_772.second(), t1030, t1245);
+    t1247 = R::fused(-t1020_1021.second(), t1031, t1246);
+    // right_upper_leg, left_upper_leg: mass matrix
+    t1248_1249 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t595_596;
+    t1250_1251 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t808_809, t1248_1249);
+    t1252_1253 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1020_1021, t1250_1251);
+    t1254 = R::fused(t1252_1253.second(), t1038, t1247); // other
+    t1255_1256 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t595_596;
+    t1257_1258 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t808_809, t1255_1256);
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t1259_1260 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t595_596;
+    t1261_1262 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t607_608, t1259_1260);
+    t1263 = R::fused(-t1257_1258.second(), t1052, t1254); // other
+    t1264 = R::fused(t810, t1053, t1263); // other
+    t1265 = t1136 + t1264; // other
     // solved by the factors
-    t1203 = R::fused(t694, t1112, t1202);
-    t1204 = R::fused(-t697, t1142, t1203);
-    t1205 = R::fused(-t701, t1173, t1204);
-    t1206 = R::fused(t707, t1205, t1174);
-    t1207_1208 = both(R::constant(0.3067920617)) * t177_178; // right_hip_yaw_link, left_hip_yaw_link
-    t1209_1210 = t89_90 * t73_74; // right_hip_roll_link, left_hip_roll_link: motion
-    t1211_1212 = R::Two::fused(both(R::constant(0.3067820617)), t1209_1210, t1207_1208);
-    t1213 = sin_q_left_hip_pitch * t1028; // left_upper_leg: wrench handed to its parent
-    t1214 = R::fused(-cos_q_left_hip_pitch, t1034, t1213); // left_upper_leg: wrench handed to its parent
-    t1215 = t1211_1212.second() + t1214; // left_upper_leg: wrench handed to its parent
-    t1216 = tau_left_hip_roll + t1215; // other
-    t1217 = t713_714.second() * t346; // other
-    t1218_1219 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t711_712; // right_hip_roll_link, left_hip_roll_link
-    t1220 = R::fused(-t1218_1219.second(), t950, t1217); // other
-    t1221 = R::fused(t525_526.second(), t1093, t1220); // other
-    t1222_1223 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t758_759; // right_hip_roll_link, left_hip_roll_link
-    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t1224_1225 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t718_719;
-    t1226_1227 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t726_727, t1224_1225);
+    t1266 = R::fused(t782, t1165, t1265);
+    t1267 = R::fused(-t793, t1223, t1266);
+    t1268 = R::fused(-t816, t1243, t1267);
+    t1269 = R::fused(-t916, t1268, t1244);
+    t1270 = R::fused(R::constant(-0.075), t1207, t1208); // other
+    t1271 = t1127 - t1270; // other
+    t1272 = R::fused(-t781, t1165, t1271);
+    t1273 = R::fused(-t790, t1223, t1272);
+    t1274 = R::fused(-t814, t1243, t1273);
+    t1275 = R::fused(t857, t1268, t1274);
+    t1276 = tau_left_hip_roll + t1173; // other
+    t1277 = t996_997.second() - t1173; // left_hip_roll_link: wrench handed to its parent
+    t1278 = t996_997.first() - t1091; // right_hip_roll_link: wrench handed to its parent
+    // other
+    t1279 = tau_right_hip_roll + t1091;
+    t1280 = t820_821.second() * t444;
+    t1281 = R::fused(-t1069_1070.second(), t1030, t1280);
+    t1282 = R::fused(t567_568.second(), t1031, t1281);
     // right_hip_roll_link, left_hip_roll_link: mass matrix
-    t1228_1229 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1226_1227, t1222_1223);
-    t1230_1231 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t525_526, t1228_1229);
-    t1232 = R::fused(-t1230_1231.second(), t965, t1221); // other
-    t1233_1234 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t758_759;
-    t1235_1236 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1226_1227, t1233_1234);
-    t1237 = R::fused(t1235_1236.second(), t981, t1232); // other
-    t1238 = R::fused(-t730, t985, t1237); // other
-    t1239 = t1216 - t1238; // other
+    t1283_1284 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t834_835;
+    t1285_1286 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t834_835;
+    t1287_1288 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1261_1262, t1283_1284);
+    t1289_1290 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1261_1262, t1285_1286);
+    t1291_1292 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t567_568, t1287_1288);
+    // other
+    t1293 = R::fused(-t1291_1292.second(), t1038, t1282);
+    t1294 = R::fused(t1289_1290.second(), t1052, t1293);
+    t1295 = R::fused(-t844, t1053, t1294);
+    t1296 = t1276 - t1295;
     // solved by the factors
-    t1240 = R::fused(-t736, t1112, t1239);
-    t1241 = R::fused(t743, t1142, t1240);
-    t1242 = R::fused(-t749, t1173, t1241);
-    t1243 = R::fused(-t754, t1205, t1242);
-    t1244 = R::fused(-t765, t1243, t1206);
+    t1297 = R::fused(-t826, t1165, t1296);
+    t1298 = R::fused(t836, t1223, t1297);
+    t1299 = R::fused(-t848, t1243, t1298);
+    t1300 = R::fused(-t859, t1268, t1299);
+    t1301 = R::fused(-t914, t1300, t1275);
+    t1302 = R::fused(-t928, t1300, t1269);
+    t1303 = R::fused(-t962, t1302, t1301);
     // other
-    t1245 = tau_left_hip_yaw + t1038;
-    t1246 = R::fused(-t527_528.second(), t346, t951);
-    t1247 = t966 + t1246;
-    t1248 = R::fused(-t970_971.second(), t981, t1247);
-    t1249 = R::fused(t768, t985, t1248);
-    t1250 = t1245 + t1249;
-    // solved by the factors
-    t1251 = R::fused(t770, t1112, t1250);
-    t1252 = R::fused(-t773, t1142, t1251);
-    t1253 = R::fused(-t777, t1173, t1252);
-    t1254 = R::fused(-t782, t1205, t1253);
-    t1255 = R::fused(-t788, t1243, t1254);
-    t1256 = R::fused(-t796, t1255, t1244);
-    // other
-    t1257 = t798 * t1256;
-    t1258 = t252 * t16;
-    t1259 = R::fused(-t223, t326, t1258);
-    t1260 = t945_946.second() * t1259;
-    t1261 = t238 * t326;
-    t1262 = R::fused(t252, t323, t1261);
-    t1263 = R::fused(t1262, t540, t1260);
-    t1264 = t961_962.second() * t16;
-    t1265 = t1263 + t1264;
-    t1266 = R::fused(t323, t978, t1265);
-    t1267 = R::fused(-t326, t538, t1266);
-    t1268 = t568_569.second() * t1262;
-    t1269 = R::fused(t1083_1084.second(), t1259, t1268);
-    t1270 = t223 * t323;
-    t1271 = R::fused(t238, t16, t1270);
-    t1272 = R::fused(-t1088_1089.second(), t1271, t1269);
-    t1273 = R::fused(-t1103_1104.second(), t16, t1272);
-    t1274 = R::fused(t1108_1109.second(), t323, t1273);
-    t1275 = R::fused(t603, t326, t1274);
-    t1276 = R::fused(-t1275, t605, t1267); // factors of the mass matrix
-    t1277 = t623_624.second() * t1262;
-    t1278 = R::fused(t1118_1119.second(), t1259, t1277);
-    t1279 = R::fused(-t1121_1122.second(), t1271, t1278);
-    t1280 = R::fused(t1132_1133.second(), t16, t1279);
-    t1281 = R::fused(-t1137_1138.second(), t323, t1280);
-    t1282 = R::fused(-t642, t326, t1281);
-    t1283 = R::fused(t1275, t644, t1282); // factors of the mass matrix
-    t1284 = R::fused(-t1283, t648, t1276); // factors of the mass matrix
-    t1285 = t658_659.second() * t1262;
-    t1286 = R::fused(t1148_1149.second(), t1259, t1285);
-    t1287 = R::fused(-t1151_1152.second(), t1271, t1286);
-    t1288 = R::fused(-t1162_1163.second(), t16, t1287);
-    t1289 = R::fused(t1167_1168.second(), t323, t1288);
-    t1290 = R::fused(-t669, t326, t1289);
-    t1291 = R::fused(t1275, t671, t1290); // factors of the mass matrix
-    t1292 = R::fused(-t1283, t674, t1291); // factors of the mass matrix
-    t1293 = R::fused(-t1292, t679, t1284); // factors of the mass matrix
-    t1294 = t685_686.second() * t1262;
-    t1295 = R::fused(t1179_1180.second(), t1259, t1294);
-    t1296 = R::fused(t1182_1183.second(), t1271, t1295);
-    t1297 = R::fused(t1193_1194.second(), t16, t1296);
-    t1298 = R::fused(-t1198_1199.second(), t323, t1297);
-    t1299 = R::fused(t692, t326, t1298);
-    // factors of the mass matrix
-    t1300 = R::fused(-t1275, t694, t1299);
-    t1301 = R::fused(t1283, t697, t1300);
-    t1302 = R::fused(t1292, t701, t1301);
-    t1303 = R::fused(-t1302, t707, t1293);
-    // other
-    t1304 = t713_714.second() * t1262;
-    t1305 = R::fused(-t1218_1219.second(), t1259, t1304);
-    t1306 = R::fused(-t525_526.second(), t1271, t1305);
-    t1307 = R::fused(-t1230_1231.second(), t16, t1306);
-    t1308 = R::fused(t1235_1236.second(), t323, t1307);
-    t1309 = R::fused(-t730, t326, t1308);
-    // factors of the mass matrix
-    t1310 = R::fused(-t1275, t736, t1309);
-    t1311 = R::fused(t1283, t743, t1310);
-    t1312 = R::fused(-t1292, t749, t1311);
-    t1313 = R::fused(t1302, t754, t1312);
-    t1314 = R::fused(-t1313, t765, t1303);
-    // other
-    t1315 = R::fused(-t527_528.second(), t1262, t1260);
-    t1316 = t1264 + t1315;
-    t1317 = R::fused(-t970_971.second(), t323, t1316);
-    t1318 = R::fused(t768, t326, t1317);
-    // factors of the mass matrix
-    t1319 = R::fused(-t1275, t770, t1318);
-    t1320 = R::fused(t1283, t773, t1319);
-    t1321 = R::fused(t1292, t777, t1320);
-    t1322 = R::fused(-t1302, t782, t1321);
-    t1323 = R::fused(t1313, t788, t1322);
-    t1324 = R::fused(t1323, t796, t1314);
-    t1325 = t1324 * t798;
-    // other
-    t1326 = R::constant(19.0) * t1262;
-    t1327 = R::fused(t976, t323, t1326);
-    t1328 = R::fused(-t536, t326, t1327);
-    t1329 = t568_569.first() - t1328;
-    t1330 = t1262 * t1329;
-    t1331 = R::constant(19.0) * t1259;
-    t1332 = R::fused(t976, t16, t1331);
-    t1333 = t945_946.second() + t945_946.first(); // right_hip_yaw_link: sums of what it carries
-    t1334 = R::fused(t1333, t326, t1332);
-    t1335 = t1083_1084.first() - t1334;
-    t1336 = R::fused(t1259, t1335, t1330);
-    t1337 = R::constant(19.0) * t1271;
-    t1338 = R::fused(-t536, t16, t1337);
-    t1339 = R::fused(-t1333, t323, t1338);
-    t1340 = t1088_1089.first() + t1339;
-    t1341 = R::fused(-t1271, t1340, t1336);
-    t1342 = t976 * t1259;
-    t1343 = R::fused(-t536, t1271, t1342);
-    t1344_1345 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
-    t1346_1347 = t463_464 + t503_504; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t1304 = t339 * t89;
+    t1305 = R::fused(-t100, t343, t1304);
+    t1306 = t325 * t343;
+    t1307 = R::fused(t339, t329, t1306);
+    t1308 = t1034_1035.second() * t89;
+    t1309 = t100 * t329;
+    t1310 = R::fused(t325, t89, t1309);
+    t1311 = t1022_1023.second() + t1022_1023.first(); // right_hip_yaw_link: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t1348_1349 = t756_757 + t1346_1347;
-    t1350_1351 = t1344_1345 * t1348_1349;
-    t1352_1353 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
-    t1354_1355 = t1226_1227 * t1352_1353;
-    t1356_1357 = R::Two::fused(both(R::constant(2.0)), t1354_1355, t1350_1351);
-    t1358_1359 = t756_757 - t1356_1357;
-    t1360 = t1358_1359.second() - t530; // left_hip_yaw_link: sums of what it carries
-    t1361 = R::constant(1.4977057904) + t1360; // left_hip_yaw_link: sums of what it carries
-    t1362 = t1358_1359.first() + t533; // right_hip_yaw_link: sums of what it carries
-    t1363 = t1361 + t1362; // right_hip_yaw_link: sums of what it carries
-    t1364 = R::fused(t1363, t16, t1343); // other
-    t1365_1366 = t1226_1227 * t1344_1345;
-    t1367_1368 = R::Two::fused(both(R::constant(-2.0)), t1365_1366, t1226_1227);
-    t1369_1370 = R::Two::fused(t1352_1353, t1348_1349, t1367_1368);
-    t1371_1372 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t945_946, t1369_1370);
-    t1373 = t1371_1372.second() + t1371_1372.first(); // right_hip_yaw_link: sums of what it carries
-    t1374 = R::fused(-t1373, t323, t1364); // other
-    t1375 = t961_962.second() + t961_962.first(); // right_hip_yaw_link: sums of what it carries
+    t1312_1313 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
+    t1314_1315 = t611_612 + t679_680;
+    t1316_1317 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
+    t1318 = t1034_1035.second() + t1034_1035.first(); // right_hip_yaw_link: sums of what it carries
     // other
-    t1376 = R::fused(t1375, t326, t1374);
-    t1377 = t1103_1104.first() + t1376;
-    t1378 = R::fused(-t16, t1377, t1341);
-    t1379 = t976 * t1262;
-    t1380 = R::fused(-t1333, t1271, t1379);
-    t1381 = R::fused(-t1373, t16, t1380);
-    t1382_1383 = t1346_1347 - t1356_1357; // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t1384 = R::constant(1.3994107904) - t1382_1383.second(); // left_hip_yaw_link: sums of what it carries
-    t1385 = t1384 - t1382_1383.first(); // right_hip_yaw_link: sums of what it carries
-    t1386 = R::fused(t1385, t323, t1381);
-    t1387 = R::fused(-t974, t326, t1386);
-    t1388 = t1108_1109.first() - t1387;
-    t1389 = R::fused(t323, t1388, t1378);
-    t1390 = R::fused(R::constant(-0.075), t568_569.first(), t601_602.first()); // right_foot: mass matrix
-    t1391 = t536 * t1262;
-    t1392 = R::fused(-t1333, t1259, t1391);
-    t1393 = R::fused(-t1375, t16, t1392);
-    t1394 = R::fused(t974, t323, t1393);
-    t1395 = R::fused(-t535, t326, t1394);
-    t1396 = t1390 + t1395;
-    t1397 = R::fused(t326, t1396, t1389);
+    t1319 = R::fused(-sin_q_right_hip_yaw, t1047, t820_821.first());
+    t1320 = R::fused(-cos_q_right_hip_yaw, t1047, t1069_1070.first());
+    t1321 = cos_q_right_hip_yaw * R::constant(1.425);
+    t1322 = R::fused(-cos_q_right_hip_yaw, t617, t1321);
+    t1323 = R::fused(sin_q_right_hip_yaw, t1311, t1322);
+    t1324 = t567_568.first() - t1323;
+    t1325 = t1022_1023.second() * t1305;
+    t1326 = t652_653.second() * t1307;
+    t1327 = R::fused(t654_655.second(), t1305, t1326);
+    t1328 = R::fused(-t630_631.second(), t1310, t1327);
+    t1329 = R::fused(-t1160_1161.second(), t89, t1328);
+    t1330 = R::fused(t1158_1159.second(), t329, t1329);
+    t1331 = R::fused(t757, t343, t1330);
+    t1332 = t702_703.second() * t1307;
+    t1333 = R::fused(t704_705.second(), t1305, t1332);
+    t1334 = R::fused(-t700_701.second(), t1310, t1333);
+    t1335 = R::fused(t1217_1218.second(), t89, t1334);
+    t1336 = R::fused(-t1215_1216.second(), t329, t1335);
+    t1337 = R::fused(-t752, t343, t1336);
+    t1338 = R::fused(t1331, t6, t1337); // factors of the mass matrix
+    t1339 = R::fused(t1307, t633, t1325);
+    t1340 = R::fused(-t579_580.second(), t1307, t1325);
+    t1341 = t1339 + t1308;
+    t1342 = t1308 + t1340;
+    t1343 = R::fused(t329, t1097, t1341);
+    t1344 = R::fused(-t1043_1044.second(), t329, t1342);
+    t1345 = R::fused(-t343, t766, t1343);
+    t1346 = R::fused(t853, t343, t1344);
     // factors of the mass matrix
-    t1398 = t1275 * R::constant(481.7535830422739);
-    t1399 = R::fused(t1275, t1398, t1397);
-    t1400 = t1283 * t647;
-    t1401 = R::fused(t1283, t1400, t1399);
-    t1402 = t1292 * t678;
-    t1403 = R::fused(t1292, t1402, t1401);
-    t1404 = t1302 * t706;
-    t1405 = R::fused(t1302, t1404, t1403);
-    t1406 = t1313 * t764;
-    t1407 = R::fused(t1313, t1406, t1405);
-    t1408 = t1323 * t795;
-    t1409 = R::fused(t1323, t1408, t1407);
-    t1410 = R::fused(-t1324, t1325, t1409);
+    t1347 = R::fused(-t1331, t781, t1345);
+    t1348 = R::fused(-t1331, t838, t1346);
+    t1349 = R::fused(-t1338, t790, t1347);
+    t1350 = R::fused(t1338, t863, t1348);
     // other
-    t1411 = R::fused(-sin_q_right_hip_yaw, t976, t713_714.first());
-    t1412 = t1262 * t1411;
-    t1413 = R::fused(-cos_q_right_hip_yaw, t976, t1218_1219.first());
-    t1414 = R::fused(-t1259, t1413, t1412);
-    t1415 = cos_q_right_hip_yaw * R::constant(1.425);
-    t1416 = R::fused(-cos_q_right_hip_yaw, t536, t1415);
-    t1417 = R::fused(sin_q_right_hip_yaw, t1333, t1416);
-    t1418 = t525_526.first() - t1417;
-    t1419 = R::fused(-t1271, t1418, t1414);
-    t1420 = R::constant(0.075) * cos_q_right_hip_yaw;
-    t1421 = t536 * t1420;
-    t1422 = R::fused(-cos_q_right_hip_yaw, t1363, t1421);
-    t1423 = R::fused(-sin_q_right_hip_yaw, t1373, t1422);
-    t1424 = t1230_1231.first() + t1423;
+    t1351 = t742_743.second() * t1307;
+    t1352 = R::fused(t744_745.second(), t1305, t1351);
+    t1353 = R::fused(-t740_741.second(), t1310, t1352);
+    t1354 = R::fused(-t1236_1237.second(), t89, t1353);
+    t1355 = R::fused(t1234_1235.second(), t329, t1354);
+    t1356 = R::fused(-t773, t343, t1355);
+    // factors of the mass matrix
+    t1357 = R::fused(t1331, t750, t1356);
+    t1358 = R::fused(-t1338, t754, t1357);
+    t1359 = R::fused(-t1358, t814, t1349);
+    t1360 = R::fused(t1358, t866, t1350);
+    // other
+    t1361 = t769_770.second() * t1307;
+    t1362 = R::fused(t771_772.second(), t1305, t1361);
+    t1363 = R::fused(t1020_1021.second(), t1310, t1362);
+    t1364 = R::fused(t1252_1253.second(), t89, t1363);
+    t1365 = R::fused(-t1257_1258.second(), t329, t1364);
+    t1366 = R::fused(t810, t343, t1365);
+    // factors of the mass matrix
+    t1367 = R::fused(-t1331, t782, t1366);
+    t1368 = R::fused(t1338, t793, t1367);
+    t1369 = R::fused(t1358, t816, t1368);
+    t1370 = R::fused(-t1369, t857, t1359);
+    t1371 = R::fused(-t1369, t916, t1360);
+    // other
+    t1372 = t820_821.second() * t1307;
+    t1373 = R::fused(-t1069_1070.second(), t1305, t1372);
+    t1374 = R::fused(-t567_568.second(), t1310, t1373);
+    t1375 = R::fused(-t1291_1292.second(), t89, t1374);
+    t1376 = R::fused(t1289_1290.second(), t329, t1375);
+    t1377 = R::fused(-t844, t343, t1376);
+    // factors of the mass matrix
+    t1378 = R::fused(-t1331, t826, t1377);
+    t1379 = R::fused(t1338, t836, t1378);
+    t1380 = R::fused(-t1358, t848, t1379);
+    t1381 = R::fused(t1369, t859, t1380);
+    t1382 = R::fused(-t1381, t914, t1370);
+    t1383 = R::fused(t1381, t928, t1371);
+    t1384 = R::fused(t1383, t962, t1382);
+    // other
+    t1385 = R::constant(19.0) * t1307;
+    t1386 = R::fused(t1047, t329, t1385);
+    t1387 = R::fused(-t617, t343, t1386);
+    t1388 = t652_653.first() - t1387;
+    t1389 = R::constant(19.0) * t1305;
+    t1390 = R::fused(t1047, t89, t1389);
+    t1391 = R::fused(t1311, t343, t1390);
+    t1392 = t654_655.first() - t1391;
+    t1393 = R::constant(19.0) * t1310;
+    t1394 = R::fused(-t617, t89, t1393);
+    t1395 = R::fused(-t1311, t329, t1394);
+    t1396 = t630_631.first() + t1395;
+    t1397 = t964 * t1303;
+    t1398 = t1047 * t1305;
+    t1399 = R::fused(-t617, t1310, t1398);
+    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
+    t1400_1401 = t1312_1313 * t1314_1315;
+    t1402_1403 = t1261_1262 * t1312_1313;
+    t1404_1405 = R::Two::fused(both(R::constant(-2.0)), t1402_1403, t1261_1262);
+    t1406_1407 = R::Two::fused(t1316_1317, t1314_1315, t1404_1405);
+    t1408_1409 = t1261_1262 * t1316_1317;
+    t1410_1411 = R::Two::fused(both(R::constant(2.0)), t1408_1409, t1400_1401);
+    t1412_1413 = t611_612 - t1410_1411;
+    t1414_1415 = t679_680 - t1410_1411;
+    t1416_1417 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1022_1023, t1406_1407);
+    t1418 = t1412_1413.second() - t615; // left_hip_yaw_link: sums of what it carries
+    t1419 = t1412_1413.first() + t616; // right_hip_yaw_link: sums of what it carries
+    t1420 = t1416_1417.second() + t1416_1417.first(); // right_hip_yaw_link: sums of what it carries
+    t1421 = R::constant(1.4977057904) + t1418; // left_hip_yaw_link: sums of what it carries
+    t1422 = t1421 + t1419; // right_hip_yaw_link: sums of what it carries
+    // other
+    t1423 = R::fused(t1422, t89, t1399);
+    t1424 = R::fused(-t1420, t329, t1423);
+    t1425 = R::fused(t1318, t343, t1424);
+    t1426 = t1160_1161.first() + t1425;
+    t1427 = t1307 * t1388;
     let (
-        t1425, t1426, t1427, t1428, t1429, t1430, t1431, t1432, t1433, t1434, t1435, t1436, t1437, t1438, t1439, t1440,
-        t1441, t1442, t1443, t1444, t1445, t1446, t1447, t1448, t1449, t1450, t1451, t1452, t1453, t1454, t1455, t1456,
-        t1457, t1458, t1459, t1460, t1461, t1462, t1463, t1464, t1465, t1466, t1467, t1468, t1469, t1470, t1471, t1472,
-        t1473, t1474, t1475, t1476, t1477, t1478, t1479, t1480, t1481, t1482, t1483, t1484, t1485, t1486, t1487, t1488,
-        t1489, t1490, t1491, t1492, t1493, t1494, t1495, t1496, t1497, t1498, t1499, t1500, t1501, t1502, t1503, t1504,
-        t1505, t1506, t1507, t1508, t1509, t1510, t1511, t1512, t1513, t1514, t1515, t1516, t1517, t1518, t1519, t1520,
-        t1521, t1522, t1523, t1524, t1525, t1526, t1527, t1528, t1529, t1530, t1531, t1532, t1533, t1534, t1535, t1536,
-        t1537, t1538, t1539, t1540, t1541, t1542, t1543, t1544, t1545, t1546, t1547, t1548, t1549, t1550, t1551, t1552,
-        t1553, t1554, t1555, t1556, t1557, t1558, t1559, t1560, t1561, t1562, t1563, t1564, t1565, t1566, t1567, t1568,
-        t1569, t1570, t1571, t1572, t1573, t1574, t1575, t1576, t1577, t1578, t1579, t1580, t1581, t1582, t1583, t1584,
-        t1585, t1586, t1587, t1588, t1589, t1590, t1591, t1592, t1593, t1594, t1595, t1596, t1597, t1598, t1599, t1600,
-        t1601, t1602, t1603, t1604, t1605, t1606, t1607, t1608, t1609, t1610, t1611, t1612, t1613, t1614, t1615, t1616,
-        t1617, t1618, t1619, t1620, t1621, t1622, t1623, t1624, t1625, t1626, t1627, t1628, t1629, t1630, t1631, t1632,
-        t1633, t1634, t1635, t1636, t1637, t1638, t1639, t1640, t1641, t1642, t1643, t1644, t1645, t1646, t1647, t1648,
-        t1649, t1650, t1651, t1652, t1653, t1654, t1655, t1656, t1657, t1658, t1659, t1660, t1661, t1662, t1663, t1664,
-        t1665, t1666, t1667, t1668, t1669, t1670, t1671, t1672, t1673, t1674, t1675, t1676, t1677, t1678, t1679, t1680,
+        t1428, t1429, t1430, t1431, t1432, t1433, t1434, t1435, t1436, t1437, t1438, t1439, t1440, t1441, t1442, t1443,
+        t1444, t1445, t1446, t1447, t1448, t1449, t1450, t1451, t1452, t1453, t1454, t1455, t1456, t1457, t1458, t1459,
+        t1460, t1461, t1462, t1463, t1464, t1465, t1466, t1467, t1468, t1469, t1470, t1471, t1472, t1473, t1474, t1475,
+        t1476, t1477, t1478, t1479, t1480, t1481, t1482, t1483, t1484, t1485, t1486, t1487, t1488, t1489, t1490, t1491,
+        t1492, t1493, t1494, t1495, t1496, t1497, t1498, t1499, t1500, t1501, t1502, t1503, t1504, t1505, t1506, t1507,
+        t1508, t1509, t1510, t1511, t1512, t1513, t1514, t1515, t1516, t1517, t1518, t1519, t1520, t1521, t1522, t1523,
+        t1524, t1525, t1526, t1527, t1528, t1529, t1530, t1531, t1532, t1533, t1534, t1535, t1536, t1537, t1538, t1539,
+        t1540, t1541, t1542, t1543, t1544, t1545, t1546, t1547, t1548, t1549, t1550, t1551, t1552, t1553, t1554, t1555,
+        t1556, t1557, t1558, t1559, t1560, t1561, t1562, t1563, t1564, t1565, t1566, t1567, t1568, t1569, t1570, t1571,
+        t1572, t1573, t1574, t1575, t1576, t1577, t1578, t1579, t1580, t1581, t1582, t1583, t1584, t1585, t1586, t1587,
+        t1588, t1589, t1590, t1591, t1592, t1593, t1594, t1595, t1596, t1597, t1598, t1599, t1600, t1601, t1602, t1603,
+        t1604, t1605, t1606, t1607, t1608, t1609, t1610, t1611, t1612, t1613, t1614, t1615, t1616, t1617, t1618, t1619,
+        t1620, t1621, t1622, t1623, t1624, t1625, t1626, t1627, t1628, t1629, t1630, t1631, t1632, t1633, t1634, t1635,
+        t1636, t1637, t1638, t1639, t1640, t1641, t1642, t1643, t1644, t1645, t1646, t1647, t1648, t1649, t1650, t1651,
+        t1652, t1653, t1654, t1655, t1656, t1657, t1658, t1659, t1660, t1661, t1662, t1663, t1664, t1665, t1666, t1667,
+        t1668, t1669, t1670, t1671, t1672, t1673, t1674, t1675, t1676, t1677, t1678, t1679, t1680, t1681, t1682, t1683,
     );
-    t1425 = R::fused(-t16, t1424, t1419);
-    t1426 = t1333 * t1420;
-    t1427 = R::fused(cos_q_right_hip_yaw, t1373, t1426);
-    t1428 = R::fused(sin_q_right_hip_yaw, t1385, t1427);
-    t1429 = t1235_1236.first() - t1428;
-    t1430 = R::fused(t323, t1429, t1425);
-    t1431 = R::fused(R::constant(0.075), t713_714.first(), t728_729.first()); // right_hip_roll_link: mass matrix
-    t1432 = cos_q_right_hip_yaw * t1375;
-    t1433 = R::fused(sin_q_right_hip_yaw, t974, t1432);
-    t1434 = t1431 - t1433;
-    t1435 = R::fused(-t326, t1434, t1430);
-    t1436 = t1088_1089.second() * t1420;
-    t1437 = R::fused(cos_q_right_hip_yaw, t1103_1104.second(), t1436);
-    t1438 = R::fused(sin_q_right_hip_yaw, t1108_1109.second(), t1437);
-    t1439 = t1438 * R::constant(481.7535830422739); // factors of the mass matrix
-    t1440 = R::fused(t1275, t1439, t1435); // factors of the mass matrix
-    t1441 = t1121_1122.second() * t1420;
-    t1442 = R::fused(-cos_q_right_hip_yaw, t1132_1133.second(), t1441);
-    t1443 = R::fused(-sin_q_right_hip_yaw, t1137_1138.second(), t1442);
-    t1444 = R::fused(t1438, t644, t1443); // factors of the mass matrix
-    t1445 = t1444 * t647; // factors of the mass matrix
-    t1446 = R::fused(t1283, t1445, t1440); // factors of the mass matrix
-    t1447 = t1151_1152.second() * t1420;
-    t1448 = R::fused(cos_q_right_hip_yaw, t1162_1163.second(), t1447);
-    t1449 = R::fused(sin_q_right_hip_yaw, t1167_1168.second(), t1448);
+    t1428 = R::fused(t1305, t1392, t1427);
+    t1429 = R::fused(-t1310, t1396, t1428);
+    t1430 = R::fused(-t89, t1426, t1429);
+    t1431 = t1047 * t1307;
+    t1432 = R::fused(-t1311, t1310, t1431);
+    t1433 = R::fused(-t1420, t89, t1432);
+    t1434 = t617 * t1307;
+    t1435 = R::fused(-t1311, t1305, t1434);
+    t1436 = R::fused(-t1318, t89, t1435);
+    t1437 = R::fused(t1071, t329, t1436);
+    t1438 = R::fused(-t736, t343, t1437);
+    t1439 = t876 + t1438;
+    t1440 = R::constant(1.3994107904) - t1414_1415.second(); // left_hip_yaw_link: sums of what it carries
+    t1441 = t1440 - t1414_1415.first(); // right_hip_yaw_link: sums of what it carries
+    t1442 = R::fused(t1441, t329, t1433);
+    t1443 = R::fused(-t1071, t343, t1442);
+    t1444 = t1158_1159.first() - t1443;
+    t1445 = R::fused(t329, t1444, t1430);
+    t1446 = R::fused(t343, t1439, t1445);
     // factors of the mass matrix
-    t1450 = R::fused(t1438, t671, t1449);
-    t1451 = R::fused(-t1444, t674, t1450);
-    t1452 = t1451 * t678;
-    t1453 = R::fused(t1292, t1452, t1446);
-    t1454 = t1182_1183.second() * t1420; // other
-    t1455 = R::fused(cos_q_right_hip_yaw, t1193_1194.second(), t1454); // other
-    t1456 = R::fused(sin_q_right_hip_yaw, t1198_1199.second(), t1455); // other
-    t1457 = R::fused(t1438, t694, t1456);
-    t1458 = R::fused(-t1444, t697, t1457);
-    t1459 = R::fused(-t1451, t701, t1458);
-    t1460 = t1459 * t706;
-    t1461 = R::fused(-t1302, t1460, t1453);
-    t1462 = t525_526.second() * t1420; // other
-    t1463 = R::fused(cos_q_right_hip_yaw, t1230_1231.second(), t1462); // other
-    t1464 = R::fused(sin_q_right_hip_yaw, t1235_1236.second(), t1463); // other
-    t1465 = R::fused(-t1438, t736, t1464);
-    t1466 = R::fused(t1444, t743, t1465);
-    t1467 = R::fused(-t1451, t749, t1466);
-    t1468 = R::fused(-t1459, t754, t1467);
-    t1469 = t1468 * t764;
-    t1470 = R::fused(t1313, t1469, t1461);
-    t1471 = cos_q_right_hip_yaw * t961_962.second(); // other
-    t1472 = R::fused(sin_q_right_hip_yaw, t970_971.second(), t1471); // other
-    t1473 = R::fused(t1438, t770, t1472);
-    t1474 = R::fused(-t1444, t773, t1473);
-    t1475 = R::fused(-t1451, t777, t1474);
-    t1476 = R::fused(-t1459, t782, t1475);
-    t1477 = R::fused(-t1468, t788, t1476);
-    t1478 = t1477 * t795;
-    t1479 = R::fused(-t1323, t1478, t1470);
-    t1480 = R::fused(-sin_q_right_hip_yaw, t978, t1471); // other
-    t1481 = R::fused(t1438, t605, t1480);
-    t1482 = R::fused(t1444, t648, t1481);
-    t1483 = R::fused(t1451, t679, t1482);
-    t1484 = R::fused(-t1459, t707, t1483);
-    t1485 = R::fused(t1468, t765, t1484);
-    t1486 = R::fused(t1477, t796, t1485);
-    t1487 = t1486 * t798;
-    t1488 = R::fused(t1324, t1487, t1479);
-    t1489 = t1420 * t1418; // other
-    t1490 = R::fused(cos_q_right_hip_yaw, t1424, t1489); // other
-    t1491 = R::fused(sin_q_right_hip_yaw, t1429, t1490); // other
-    t1492 = R::fused(t1438, t1439, t1491);
-    t1493 = R::fused(t1444, t1445, t1492);
-    t1494 = R::fused(t1451, t1452, t1493);
-    t1495 = R::fused(t1459, t1460, t1494);
-    t1496 = R::fused(t1468, t1469, t1495);
-    t1497 = R::fused(t1477, t1478, t1496);
-    t1498 = R::fused(-t1486, t1487, t1497);
-    t1499 = R::constant(1.0) / t1498;
-    t1500 = t1488 * t1499;
-    t1501 = R::fused(-t1488, t1500, t1410);
+    t1447 = t1331 * R::constant(481.7535830422739);
+    t1448 = R::fused(t1331, t1447, t1446);
+    t1449 = t1338 * t486;
+    t1450 = R::fused(t1338, t1449, t1448);
+    t1451 = t1358 * t756;
+    t1452 = R::fused(t1358, t1451, t1450);
+    t1453 = t1369 * t818;
+    t1454 = R::fused(t1369, t1453, t1452);
     // other
-    t1502 = t976 * t239;
-    t1503 = R::fused(sin_q_right_hip_roll, R::constant(1.425), -t1502);
-    t1504 = sin_q_right_hip_roll * t536;
-    t1505 = t1503 - t1504;
-    t1506 = t685_686.first() - t1505;
-    t1507 = t1262 * t1506;
-    t1508 = t976 * t224;
-    t1509 = sin_q_right_hip_roll * t1333;
-    t1510 = t1508 - t1509;
-    t1511 = t1179_1180.first() + t1510;
-    t1512 = R::fused(t1259, t1511, t1507);
-    t1513 = t536 * t224;
-    t1514 = R::fused(t224, R::constant(1.425), -t1513);
-    t1515 = t1333 * t239;
-    t1516 = t1514 - t1515;
-    t1517 = t1182_1183.first() + t1516;
-    t1518 = R::fused(t1271, t1517, t1512);
-    t1519 = t1363 * t224;
-    t1520 = R::constant(0.075) * t224;
-    t1521 = R::fused(t536, t1520, -t1519);
-    t1522 = t1373 * t239;
-    t1523 = t1521 + t1522;
-    t1524 = sin_q_right_hip_roll * t1375;
-    t1525 = t1523 + t1524;
-    t1526 = t1193_1194.first() - t1525;
-    t1527 = R::fused(t16, t1526, t1518);
-    t1528 = R::constant(0.075) * sin_q_right_hip_roll;
-    t1529 = t976 * t1528;
-    t1530 = R::fused(t1333, t1520, t1529);
-    t1531 = t1373 * t224;
-    t1532 = t1530 + t1531;
-    t1533 = t1385 * t239;
-    t1534 = t1532 - t1533;
-    t1535 = sin_q_right_hip_roll * t974;
-    t1536 = t1534 - t1535;
-    t1537 = t1198_1199.first() + t1536;
-    t1538 = R::fused(-t323, t1537, t1527);
-    t1539 = R::fused(R::constant(-0.075), t685_686.first(), t690_691.first()); // right_upper_leg: mass matrix
-    t1540 = t1375 * t224;
-    t1541 = R::fused(t536, t1528, t1540);
-    t1542 = t974 * t239;
-    t1543 = t1541 - t1542;
-    t1544 = sin_q_right_hip_roll * t535;
-    t1545 = t1543 - t1544;
-    t1546 = t1539 + t1545;
-    t1547 = R::fused(t326, t1546, t1538);
-    t1548 = t568_569.second() * t1528;
-    t1549 = R::fused(t1088_1089.second(), t1520, t1548);
-    t1550 = t1103_1104.second() * t224;
-    t1551 = t1549 + t1550;
-    t1552 = t1108_1109.second() * t239;
-    t1553 = t1551 - t1552;
-    t1554 = sin_q_right_hip_roll * t603;
-    t1555 = t1553 + t1554;
-    t1556 = t1555 * R::constant(481.7535830422739); // factors of the mass matrix
-    t1557 = R::fused(t1275, t1556, t1547); // factors of the mass matrix
-    t1558 = t623_624.second() * t1528;
-    t1559 = R::fused(t1121_1122.second(), t1520, t1558);
-    t1560 = t1132_1133.second() * t224;
-    t1561 = t1559 - t1560;
-    t1562 = t1137_1138.second() * t239;
-    t1563 = t1561 + t1562;
-    t1564 = sin_q_right_hip_roll * t642;
-    t1565 = t1563 - t1564;
-    t1566 = R::fused(t1555, t644, t1565); // factors of the mass matrix
-    t1567 = t1566 * t647; // factors of the mass matrix
-    t1568 = R::fused(t1283, t1567, t1557); // factors of the mass matrix
-    t1569 = t658_659.second() * t1528;
-    t1570 = R::fused(t1151_1152.second(), t1520, t1569);
-    t1571 = t1162_1163.second() * t224;
-    t1572 = t1570 + t1571;
-    t1573 = t1167_1168.second() * t239;
-    t1574 = t1572 - t1573;
-    t1575 = sin_q_right_hip_roll * t669;
-    t1576 = t1574 - t1575;
+    t1455 = t1307 * t1319;
+    t1456 = R::fused(-t1305, t1320, t1455);
+    t1457 = R::fused(-t1310, t1324, t1456);
+    t1458 = R::constant(0.075) * cos_q_right_hip_yaw;
+    t1459 = cos_q_right_hip_yaw * t1318;
+    t1460 = R::fused(sin_q_right_hip_yaw, t1071, t1459);
+    t1461 = t1045 - t1460;
+    t1462 = t1381 * t861; // factors of the mass matrix
+    t1463 = R::fused(t1381, t1462, t1454); // factors of the mass matrix
+    t1464 = cos_q_right_hip_yaw * t1034_1035.second();
+    t1465 = t1047 * t136;
+    t1466 = t617 * t1458;
+    t1467 = R::fused(-cos_q_right_hip_yaw, t1422, t1466);
+    t1468 = R::fused(-sin_q_right_hip_yaw, t1420, t1467);
+    t1469 = t1291_1292.first() + t1468;
+    t1470 = R::fused(-t89, t1469, t1457);
+    t1471 = t1383 * t931; // factors of the mass matrix
+    t1472 = R::fused(t1383, t1471, t1463); // factors of the mass matrix
+    t1473 = t1311 * t1458;
+    t1474 = R::fused(cos_q_right_hip_yaw, t1420, t1473);
+    t1475 = R::fused(sin_q_right_hip_yaw, t1441, t1474);
+    t1476 = t1289_1290.first() - t1475;
+    t1477 = R::fused(t329, t1476, t1470);
+    t1478 = R::fused(-t343, t1461, t1477);
+    t1479 = t1384 * t964; // factors of the mass matrix
+    t1480 = R::fused(-t1384, t1479, t1472); // factors of the mass matrix
+    t1481 = t630_631.second() * t1458;
+    t1482 = R::fused(cos_q_right_hip_yaw, t1160_1161.second(), t1481);
+    t1483 = R::fused(sin_q_right_hip_yaw, t1158_1159.second(), t1482);
+    t1484 = t700_701.second() * t1458;
+    t1485 = R::fused(-cos_q_right_hip_yaw, t1217_1218.second(), t1484);
+    t1486 = R::fused(-sin_q_right_hip_yaw, t1215_1216.second(), t1485);
+    t1487 = R::fused(t1483, t6, t1486); // factors of the mass matrix
+    t1488 = t740_741.second() * t1458;
+    t1489 = R::fused(cos_q_right_hip_yaw, t1236_1237.second(), t1488);
+    t1490 = R::fused(sin_q_right_hip_yaw, t1234_1235.second(), t1489);
+    t1491 = R::fused(t1483, t750, t1490); // factors of the mass matrix
+    t1492 = R::fused(-t1487, t754, t1491); // factors of the mass matrix
+    t1493 = t1020_1021.second() * t1458;
+    t1494 = R::fused(cos_q_right_hip_yaw, t1252_1253.second(), t1493);
+    t1495 = R::fused(sin_q_right_hip_yaw, t1257_1258.second(), t1494);
+    t1496 = R::fused(t1483, t782, t1495); // factors of the mass matrix
+    t1497 = R::fused(-t1487, t793, t1496); // factors of the mass matrix
+    t1498 = R::fused(-t1492, t816, t1497); // factors of the mass matrix
+    t1499 = t567_568.second() * t1458;
+    t1500 = R::fused(cos_q_right_hip_yaw, t1291_1292.second(), t1499);
+    t1501 = R::fused(sin_q_right_hip_yaw, t1289_1290.second(), t1500);
     // factors of the mass matrix
-    t1577 = R::fused(t1555, t671, t1576);
-    t1578 = R::fused(-t1566, t674, t1577);
-    t1579 = t1578 * t678;
-    t1580 = R::fused(t1292, t1579, t1568);
+    t1502 = R::fused(-t1483, t826, t1501);
+    t1503 = R::fused(t1487, t836, t1502);
+    t1504 = R::fused(-t1492, t848, t1503);
+    t1505 = R::fused(-t1498, t859, t1504);
+    t1506 = t1483 * R::constant(481.7535830422739);
+    t1507 = R::fused(t1331, t1506, t1478);
+    t1508 = R::fused(sin_q_right_hip_yaw, t1043_1044.second(), t1464); // other
+    t1509 = R::fused(-sin_q_right_hip_yaw, t1097, t1464); // other
+    t1510 = R::fused(t1483, t838, t1508);
+    t1511 = R::fused(t1483, t781, t1509);
+    t1512 = R::fused(-t1487, t863, t1510);
+    t1513 = R::fused(t1487, t790, t1511);
+    t1514 = R::fused(-t1492, t866, t1512);
+    t1515 = R::fused(t1492, t814, t1513);
+    t1516 = R::fused(-t1498, t916, t1514);
+    t1517 = R::fused(-t1498, t857, t1515);
+    t1518 = R::fused(-t1505, t928, t1516);
+    t1519 = R::fused(t1505, t914, t1517);
+    t1520 = R::fused(t1518, t962, t1519);
+    t1521 = t1487 * t486;
+    t1522 = R::fused(t1338, t1521, t1507);
+    t1523 = t1458 * t1324; // other
+    t1524 = R::fused(cos_q_right_hip_yaw, t1469, t1523); // other
+    t1525 = R::fused(sin_q_right_hip_yaw, t1476, t1524); // other
+    t1526 = R::fused(t1483, t1506, t1525);
+    t1527 = R::fused(t1487, t1521, t1526);
+    t1528 = t1492 * t756;
+    t1529 = R::fused(t1492, t1528, t1527);
+    t1530 = R::fused(t1358, t1528, t1522);
     // other
-    t1581 = t685_686.second() * t1528;
-    t1582 = R::fused(-t1182_1183.second(), t1520, t1581);
-    t1583 = t1193_1194.second() * t224;
-    t1584 = t1582 - t1583;
-    t1585 = t1198_1199.second() * t239;
-    t1586 = t1584 + t1585;
-    t1587 = sin_q_right_hip_roll * t692;
-    t1588 = t1586 + t1587;
+    t1531 = R::fused(sin_q_right_hip_roll, R::constant(1.425), -t1465);
+    t1532 = sin_q_right_hip_roll * t617;
+    t1533 = t1531 - t1532;
+    t1534 = t769_770.first() - t1533;
+    t1535 = t1047 * t134;
+    t1536 = sin_q_right_hip_roll * t1311;
+    t1537 = t617 * t134;
+    t1538 = t1311 * t136;
+    t1539 = t1422 * t134;
+    t1540 = t1498 * t818; // factors of the mass matrix
+    t1541 = R::fused(t1498, t1540, t1529); // factors of the mass matrix
+    t1542 = R::fused(-t1369, t1540, t1530); // factors of the mass matrix
+    t1543 = R::constant(0.075) * t134;
+    t1544 = t1535 - t1536;
+    t1545 = t771_772.first() + t1544;
+    t1546 = R::fused(t134, R::constant(1.425), -t1537);
+    t1547 = t1546 - t1538;
+    t1548 = t1020_1021.first() + t1547;
+    t1549 = t1420 * t136;
+    t1550 = R::fused(t617, t1543, -t1539);
+    t1551 = t1550 + t1549;
+    t1552 = sin_q_right_hip_roll * t1318;
+    t1553 = t1551 + t1552;
+    t1554 = t1252_1253.first() - t1553;
+    t1555 = t1505 * t861; // factors of the mass matrix
+    t1556 = R::fused(t1505, t1555, t1541); // factors of the mass matrix
+    t1557 = R::fused(t1381, t1555, t1542); // factors of the mass matrix
+    t1558 = t1307 * t1534;
+    t1559 = R::fused(t1305, t1545, t1558);
+    t1560 = R::fused(t1310, t1548, t1559);
+    t1561 = R::fused(t89, t1554, t1560);
+    t1562 = t1518 * t931; // factors of the mass matrix
+    t1563 = R::fused(t1518, t1562, t1556); // factors of the mass matrix
+    t1564 = R::fused(-t1383, t1562, t1557); // factors of the mass matrix
+    t1565 = R::constant(0.075) * sin_q_right_hip_roll;
+    t1566 = t1420 * t134;
+    t1567 = t1441 * t136;
+    t1568 = sin_q_right_hip_roll * t1071;
+    t1569 = t1318 * t134;
     // factors of the mass matrix
-    t1589 = R::fused(-t1555, t694, t1588);
-    t1590 = R::fused(t1566, t697, t1589);
-    t1591 = R::fused(t1578, t701, t1590);
-    t1592 = t1591 * t706;
-    t1593 = R::fused(t1302, t1592, t1580);
+    t1570 = t1520 * t964;
+    t1571 = R::fused(-t1520, t1570, t1563);
+    t1572 = R::fused(t1384, t1570, t1564);
+    t1573 = R::constant(1.0) / t1571;
     // other
-    t1594 = t713_714.second() * t1528;
-    t1595 = R::fused(t525_526.second(), t1520, t1594);
-    t1596 = t1230_1231.second() * t224;
-    t1597 = t1595 + t1596;
-    t1598 = t1235_1236.second() * t239;
+    t1574 = t1047 * t1565;
+    t1575 = R::fused(t1311, t1543, t1574);
+    t1576 = t1575 + t1566;
+    t1577 = t1576 - t1567;
+    t1578 = t1577 - t1568;
+    t1579 = t1257_1258.first() + t1578;
+    t1580 = R::fused(-t329, t1579, t1561);
+    t1581 = R::fused(t617, t1565, t1569);
+    t1582 = t1071 * t136;
+    t1583 = t1581 - t1582;
+    t1584 = sin_q_right_hip_roll * t736;
+    t1585 = t1583 - t1584;
+    t1586 = t870 + t1585;
+    t1587 = R::fused(t343, t1586, t1580);
+    t1588 = t652_653.second() * t1565;
+    t1589 = R::fused(t630_631.second(), t1543, t1588);
+    t1590 = t1160_1161.second() * t134;
+    t1591 = t1589 + t1590;
+    t1592 = t1158_1159.second() * t136;
+    t1593 = t1591 - t1592;
+    t1594 = sin_q_right_hip_roll * t757;
+    t1595 = t1593 + t1594;
+    t1596 = t702_703.second() * t1565;
+    t1597 = R::fused(t700_701.second(), t1543, t1596);
+    t1598 = t1217_1218.second() * t134;
     t1599 = t1597 - t1598;
-    t1600 = sin_q_right_hip_roll * t730;
-    t1601 = t1599 - t1600;
+    t1600 = t1215_1216.second() * t136;
+    t1601 = t1599 + t1600;
+    t1602 = sin_q_right_hip_roll * t752;
+    t1603 = t1601 - t1602;
+    t1604 = R::fused(t1595, t6, t1603); // factors of the mass matrix
+    t1605 = t742_743.second() * t1565;
+    t1606 = R::fused(t740_741.second(), t1543, t1605);
+    t1607 = t1236_1237.second() * t134;
+    t1608 = t1606 + t1607;
+    t1609 = t1234_1235.second() * t136;
+    t1610 = t1608 - t1609;
+    t1611 = t1572 * t1573; // factors of the mass matrix
+    t1612 = R::fused(-t1572, t1611, t1480); // factors of the mass matrix
+    t1613 = sin_q_right_hip_roll * t773;
+    t1614 = t1610 - t1613;
+    t1615 = R::fused(t1595, t750, t1614); // factors of the mass matrix
+    t1616 = R::fused(-t1604, t754, t1615); // factors of the mass matrix
+    t1617 = t769_770.second() * t1565;
+    t1618 = R::fused(-t1020_1021.second(), t1543, t1617);
+    t1619 = t1252_1253.second() * t134;
+    t1620 = t1618 - t1619;
+    t1621 = t1257_1258.second() * t136;
+    t1622 = t1620 + t1621;
+    t1623 = sin_q_right_hip_roll * t810;
+    t1624 = t1622 + t1623;
     // factors of the mass matrix
-    t1602 = R::fused(-t1555, t736, t1601);
-    t1603 = R::fused(t1566, t743, t1602);
-    t1604 = R::fused(-t1578, t749, t1603);
-    t1605 = R::fused(t1591, t754, t1604);
-    t1606 = t1605 * t764;
-    t1607 = R::fused(t1313, t1606, t1593);
+    t1625 = R::fused(-t1595, t782, t1624);
+    t1626 = R::fused(t1604, t793, t1625);
+    t1627 = R::fused(t1616, t816, t1626);
+    t1628 = t1595 * R::constant(481.7535830422739);
+    t1629 = R::fused(t1331, t1628, t1587);
     // other
-    t1608 = t961_962.second() * t224;
-    t1609 = R::fused(t527_528.second(), t1528, t1608);
-    t1610 = t970_971.second() * t239;
-    t1611 = t1609 - t1610;
-    t1612 = sin_q_right_hip_roll * t768;
-    t1613 = t1611 - t1612;
+    t1630 = t820_821.second() * t1565;
+    t1631 = R::fused(t567_568.second(), t1543, t1630);
+    t1632 = t1291_1292.second() * t134;
+    t1633 = t1631 + t1632;
+    t1634 = t1289_1290.second() * t136;
+    t1635 = t1633 - t1634;
+    t1636 = sin_q_right_hip_roll * t844;
+    t1637 = t1635 - t1636;
     // factors of the mass matrix
-    t1614 = R::fused(t1555, t770, t1613);
-    t1615 = R::fused(-t1566, t773, t1614);
-    t1616 = R::fused(-t1578, t777, t1615);
-    t1617 = R::fused(t1591, t782, t1616);
-    t1618 = R::fused(-t1605, t788, t1617);
-    t1619 = t1618 * t795;
-    t1620 = R::fused(-t1323, t1619, t1607);
+    t1638 = R::fused(-t1595, t826, t1637);
+    t1639 = R::fused(t1604, t836, t1638);
+    t1640 = R::fused(-t1616, t848, t1639);
+    t1641 = R::fused(t1627, t859, t1640);
+    t1642 = t1034_1035.second() * t134; // other
+    t1643 = t1043_1044.second() * t136; // other
+    t1644 = t1604 * t486;
+    t1645 = R::fused(t1338, t1644, t1629);
     // other
-    t1621 = R::fused(t1528, t540, -t1608);
-    t1622 = t239 * t978;
-    t1623 = t1621 - t1622;
-    t1624 = sin_q_right_hip_roll * t538;
-    t1625 = t1623 - t1624;
+    t1646 = sin_q_right_hip_roll * t853;
+    t1647 = t136 * t1097;
+    t1648 = sin_q_right_hip_roll * t766;
+    t1649 = t1565 * t1319;
+    t1650 = R::fused(t1543, t1324, t1649);
+    t1651 = R::fused(t579_580.second(), t1565, t1642);
+    t1652 = t1651 - t1643;
+    t1653 = t1652 - t1646;
     // factors of the mass matrix
-    t1626 = R::fused(-t1555, t605, t1625);
-    t1627 = R::fused(-t1566, t648, t1626);
-    t1628 = R::fused(-t1578, t679, t1627);
-    t1629 = R::fused(-t1591, t707, t1628);
-    t1630 = R::fused(-t1605, t765, t1629);
-    t1631 = R::fused(-t1618, t796, t1630);
-    t1632 = t1631 * t798;
-    t1633 = R::fused(-t1324, t1632, t1620);
+    t1654 = R::fused(t1595, t838, t1653);
+    t1655 = R::fused(-t1604, t863, t1654);
+    t1656 = R::fused(-t1616, t866, t1655);
+    t1657 = R::fused(t1627, t916, t1656);
+    t1658 = R::fused(-t1641, t928, t1657);
+    t1659 = R::fused(t1565, t633, -t1642); // other
+    t1660 = t1659 - t1647; // other
+    t1661 = t1660 - t1648; // other
+    t1662 = R::fused(-t1595, t781, t1661);
+    t1663 = R::fused(-t1604, t790, t1662);
+    t1664 = R::fused(-t1616, t814, t1663);
+    t1665 = R::fused(-t1627, t857, t1664);
+    t1666 = R::fused(-t1641, t914, t1665);
+    t1667 = R::fused(-t1658, t962, t1666);
+    t1668 = t1616 * t756;
+    t1669 = R::fused(t1358, t1668, t1645);
     // other
-    t1634 = t1528 * t1411;
-    t1635 = R::fused(t1520, t1418, t1634);
-    t1636 = t224 * t1424;
-    t1637 = t1635 + t1636;
-    t1638 = t239 * t1429;
-    t1639 = t1637 - t1638;
-    t1640 = sin_q_right_hip_roll * t1434;
-    t1641 = t1639 - t1640;
+    t1670 = t134 * t1469;
+    t1671 = t1650 + t1670;
+    t1672 = t136 * t1476;
+    t1673 = t1671 - t1672;
+    t1674 = sin_q_right_hip_roll * t1461;
+    t1675 = t1673 - t1674;
     // factors of the mass matrix
-    t1642 = R::fused(t1555, t1439, t1641);
-    t1643 = R::fused(t1566, t1445, t1642);
-    t1644 = R::fused(t1578, t1452, t1643);
-    t1645 = R::fused(-t1591, t1460, t1644);
-    t1646 = R::fused(t1605, t1469, t1645);
-    t1647 = R::fused(t1618, t1478, t1646);
-    t1648 = R::fused(t1631, t1487, t1647);
-    t1649 = t1648 * t1499;
-    t1650 = R::fused(-t1488, t1649, t1633);
-    // other
-    t1651 = t1528 * t1506;
-    t1652 = R::fused(-t1520, t1517, t1651);
-    t1653 = t224 * t1526;
-    t1654 = t1652 - t1653;
-    t1655 = t239 * t1537;
-    t1656 = t1654 + t1655;
-    t1657 = sin_q_right_hip_roll * t1546;
-    t1658 = t1656 + t1657;
-    // factors of the mass matrix
-    t1659 = R::fused(t1555, t1556, t1658);
-    t1660 = R::fused(t1566, t1567, t1659);
-    t1661 = R::fused(t1578, t1579, t1660);
-    t1662 = R::fused(t1591, t1592, t1661);
-    t1663 = R::fused(t1605, t1606, t1662);
-    t1664 = R::fused(t1618, t1619, t1663);
-    t1665 = R::fused(-t1631, t1632, t1664);
-    t1666 = R::fused(-t1648, t1649, t1665);
-    t1667 = R::constant(1.0) / t1666;
-    t1668 = t1650 * t1667;
-    t1669 = R::fused(-t1650, t1668, t1501);
-    // other
-    t1670 = sin_q_right_hip_roll * t233;
-    t1671 = R::fused(-t239, t248, t1670);
-    t1672 = R::fused(R::constant(-19.0), t1671, t1502);
-    t1673 = t1504 + t1672;
-    t1674 = t658_659.first() - t1673;
-    t1675 = t1262 * t1674;
-    t1676 = t224 * t248;
-    t1677 = R::fused(sin_q_right_hip_roll, t222, t1676);
-    t1678 = R::fused(R::constant(19.0), t1677, t1508);
-    t1679 = t1509 - t1678;
-    t1680 = t1148_1149.first() + t1679;
+    t1676 = R::fused(t1595, t1506, t1675);
+    t1677 = R::fused(t1604, t1521, t1676);
+    t1678 = R::fused(t1616, t1528, t1677);
+    t1679 = R::fused(-t1627, t1540, t1678);
+    t1680 = R::fused(t1641, t1555, t1679);
+    t1681 = R::fused(t1658, t1562, t1680);
+    t1682 = R::fused(t1667, t1570, t1681);
+    t1683 = t1627 * t818;
     let (
-        t1681, t1682, t1683, t1684, t1685, t1686, t1687, t1688, t1689, t1690, t1691, t1692, t1693, t1694, t1695, t1696,
-        t1697, t1698, t1699, t1700, t1701, t1702, t1703, t1704, t1705, t1706, t1707, t1708, t1709, t1710, t1711, t1712,
-        t1713, t1714, t1715, t1716, t1717, t1718, t1719, t1720, t1721, t1722, t1723, t1724, t1725, t1726, t1727, t1728,
-        t1729, t1730, t1731, t1732, t1733, t1734, t1735, t1736, t1737, t1738, t1739, t1740, t1741, t1742, t1743, t1744,
-        t1745, t1746, t1747, t1748, t1749, t1750, t1751, t1752, t1753, t1754, t1755, t1756, t1757, t1758, t1759, t1760,
-        t1761, t1762, t1763, t1764, t1765, t1766, t1767, t1768, t1769, t1770, t1771, t1772, t1773, t1774, t1775, t1776,
-        t1777, t1778, t1779, t1780, t1781, t1782, t1783, t1784, t1785, t1786, t1787, t1788, t1789, t1790, t1791, t1792,
-        t1793, t1794, t1795, t1796, t1797, t1798, t1799, t1800, t1801, t1802, t1803, t1804, t1805, t1806, t1807, t1808,
-        t1809, t1810, t1811, t1812, t1813, t1814, t1815, t1816, t1817, t1818, t1819, t1820, t1821, t1822, t1823, t1824,
-        t1825, t1826, t1827, t1828, t1829, t1830, t1831, t1832, t1833, t1834, t1835, t1836, t1837, t1838, t1839, t1840,
-        t1841, t1842, t1843, t1844, t1845, t1846, t1847, t1848, t1849, t1850, t1851, t1852, t1853, t1854, t1855, t1856,
-        t1857, t1858, t1859, t1860, t1861, t1862, t1863, t1864, t1865, t1866, t1867, t1868, t1869, t1870, t1871, t1872,
-        t1873, t1874, t1875, t1876, t1877, t1878, t1879, t1880, t1881, t1882, t1883, t1884, t1885, t1886, t1887, t1888,
-        t1889, t1890, t1891, t1892, t1893, t1894, t1895, t1896, t1897, t1898, t1899, t1900, t1901, t1902, t1903, t1904,
-        t1905, t1906, t1907, t1908, t1909, t1910, t1911, t1912, t1913, t1914, t1915, t1916, t1917, t1918, t1919, t1920,
-        t1921, t1922, t1923, t1924, t1925, t1926, t1927, t1928, t1929, t1930, t1931, t1932, t1933, t1934, t1935, t1936,
+        t1684, t1685, t1686, t1687, t1688, t1689, t1690, t1691, t1692, t1693, t1694, t1695, t1696, t1697, t1698, t1699,
+        t1700, t1701, t1702, t1703, t1704, t1705, t1706, t1707, t1708, t1709, t1710, t1711, t1712, t1713, t1714, t1715,
+        t1716, t1717, t1718, t1719, t1720, t1721, t1722, t1723, t1724, t1725, t1726, t1727, t1728, t1729, t1730, t1731,
+        t1732, t1733, t1734, t1735, t1736, t1737, t1738, t1739, t1740, t1741, t1742, t1743, t1744, t1745, t1746, t1747,
+        t1748, t1749, t1750, t1751, t1752, t1753, t1754, t1755, t1756, t1757, t1758, t1759, t1760, t1761, t1762, t1763,
+        t1764, t1765, t1766, t1767, t1768, t1769, t1770, t1771, t1772, t1773, t1774, t1775, t1776, t1777, t1778, t1779,
+        t1780, t1781, t1782, t1783, t1784, t1785, t1786, t1787, t1788, t1789, t1790, t1791, t1792, t1793, t1794, t1795,
+        t1796, t1797, t1798, t1799, t1800, t1801, t1802, t1803, t1804, t1805, t1806, t1807, t1808, t1809, t1810, t1811,
+        t1812, t1813, t1814, t1815, t1816, t1817, t1818, t1819, t1820, t1821, t1822, t1823, t1824, t1825, t1826, t1827,
+        t1828, t1829, t1830, t1831, t1832, t1833, t1834, t1835, t1836, t1837, t1838, t1839, t1840, t1841, t1842, t1843,
+        t1844, t1845, t1846, t1847, t1848, t1849, t1850, t1851, t1852, t1853, t1854, t1855, t1856, t1857, t1858, t1859,
+        t1860, t1861, t1862, t1863, t1864, t1865, t1866, t1867, t1868, t1869, t1870, t1871, t1872, t1873, t1874, t1875,
+        t1876, t1877, t1878, t1879, t1880, t1881, t1882, t1883, t1884, t1885, t1886, t1887, t1888, t1889, t1890, t1891,
+        t1892, t1893, t1894, t1895, t1896, t1897, t1898, t1899, t1900, t1901, t1902, t1903, t1904, t1905, t1906, t1907,
+        t1908, t1909, t1910, t1911, t1912, t1913, t1914, t1915, t1916, t1917, t1918, t1919, t1920, t1921, t1922, t1923,
+        t1924, t1925, t1926, t1927, t1928, t1929, t1930, t1931, t1932, t1933, t1934, t1935, t1936, t1937, t1938, t1939,
     );
-    t1681 = R::fused(t1259, t1680, t1675);
-    t1682 = t239 * t222;
-    t1683 = R::fused(t224, t233, t1682);
-    t1684 = R::fused(R::constant(-19.0), t1683, t1513);
-    t1685 = t1515 + t1684;
-    t1686 = t1151_1152.first() - t1685;
-    t1687 = R::fused(-t1271, t1686, t1681);
-    t1688 = t976 * t1677;
-    t1689 = R::fused(-t536, t1683, t1688);
-    t1690 = t1519 + t1689;
-    t1691 = t1522 - t1690;
-    t1692 = t1524 + t1691;
-    t1693 = t1162_1163.first() - t1692;
-    t1694 = R::fused(-t16, t1693, t1687);
-    t1695 = t976 * t1671;
-    t1696 = R::fused(t1333, t1683, t1695);
-    t1697 = t1531 + t1696;
-    t1698 = t1533 - t1697;
-    t1699 = t1535 + t1698;
-    t1700 = t1167_1168.first() - t1699;
-    t1701 = R::fused(t323, t1700, t1694);
-    t1702 = R::fused(R::constant(0.075), t658_659.first(), t667_668.first()); // right_lower_leg: mass matrix
-    t1703 = t536 * t1671;
-    t1704 = R::fused(t1333, t1677, t1703);
-    t1705 = t1540 + t1704;
-    t1706 = t1542 - t1705;
-    t1707 = t1544 + t1706;
-    t1708 = t1702 - t1707;
-    t1709 = R::fused(-t326, t1708, t1701);
-    t1710 = t568_569.second() * t1671;
-    t1711 = R::fused(-t1083_1084.second(), t1677, t1710);
-    t1712 = R::fused(t1088_1089.second(), t1683, t1711);
-    t1713 = t1550 + t1712;
-    t1714 = t1552 - t1713;
-    t1715 = t1554 - t1714;
-    t1716 = t1715 * R::constant(481.7535830422739); // factors of the mass matrix
-    t1717 = R::fused(-t1275, t1716, t1709); // factors of the mass matrix
-    t1718 = t623_624.second() * t1671;
-    t1719 = R::fused(-t1118_1119.second(), t1677, t1718);
-    t1720 = R::fused(t1121_1122.second(), t1683, t1719);
-    t1721 = t1560 - t1720;
-    t1722 = t1562 - t1721;
-    t1723 = t1564 - t1722;
-    t1724 = R::fused(-t1715, t644, t1723); // factors of the mass matrix
-    t1725 = t1724 * t647; // factors of the mass matrix
-    t1726 = R::fused(t1283, t1725, t1717); // factors of the mass matrix
-    t1727 = t658_659.second() * t1671;
-    t1728 = R::fused(-t1148_1149.second(), t1677, t1727);
-    t1729 = R::fused(t1151_1152.second(), t1683, t1728);
-    t1730 = t1571 + t1729;
-    t1731 = t1573 - t1730;
-    t1732 = t1575 + t1731;
-    // factors of the mass matrix
-    t1733 = R::fused(-t1715, t671, t1732);
-    t1734 = R::fused(-t1724, t674, t1733);
-    t1735 = t1734 * t678;
-    t1736 = R::fused(t1292, t1735, t1726);
+    t1684 = R::fused(t1369, t1683, t1669);
     // other
-    t1737 = t685_686.second() * t1671;
-    t1738 = R::fused(-t1179_1180.second(), t1677, t1737);
-    t1739 = R::fused(-t1182_1183.second(), t1683, t1738);
-    t1740 = t1583 - t1739;
-    t1741 = t1585 - t1740;
-    t1742 = t1587 + t1741;
+    t1685 = t1565 * t1534;
+    t1686 = R::fused(-t1543, t1548, t1685);
+    t1687 = t134 * t1554;
+    t1688 = t1686 - t1687;
+    t1689 = t136 * t1579;
+    t1690 = t1688 + t1689;
+    t1691 = sin_q_right_hip_roll * t1586;
+    t1692 = t1690 + t1691;
     // factors of the mass matrix
-    t1743 = R::fused(-t1715, t694, t1742);
-    t1744 = R::fused(-t1724, t697, t1743);
-    t1745 = R::fused(-t1734, t701, t1744);
-    t1746 = t1745 * t706;
-    t1747 = R::fused(-t1302, t1746, t1736);
+    t1693 = R::fused(t1595, t1628, t1692);
+    t1694 = R::fused(t1604, t1644, t1693);
+    t1695 = R::fused(t1616, t1668, t1694);
+    t1696 = R::fused(t1627, t1683, t1695);
     // other
-    t1748 = t713_714.second() * t1671;
-    t1749 = R::fused(t1218_1219.second(), t1677, t1748);
-    t1750 = R::fused(t525_526.second(), t1683, t1749);
-    t1751 = t1596 + t1750;
-    t1752 = t1598 - t1751;
-    t1753 = t1600 + t1752;
+    t1697 = sin_q_right_hip_roll * t301;
+    t1698 = R::fused(-t136, t317, t1697);
+    t1699 = t134 * t317;
+    t1700 = R::fused(sin_q_right_hip_roll, t78, t1699);
+    t1701 = t136 * t78;
+    t1702 = R::fused(t134, t301, t1701);
+    t1703 = t1641 * t861; // factors of the mass matrix
+    t1704 = R::fused(t1641, t1703, t1696); // factors of the mass matrix
+    t1705 = R::fused(t1381, t1703, t1684); // factors of the mass matrix
+    t1706 = sin_q_right_hip_roll * t325;
+    t1707 = R::fused(-t136, t339, t1706);
+    t1708 = t134 * t339;
+    t1709 = R::fused(sin_q_right_hip_roll, t100, t1708);
+    t1710 = t136 * t100;
+    t1711 = R::fused(t134, t325, t1710);
+    t1712 = R::fused(R::constant(-19.0), t1698, t1465);
+    t1713 = t1532 + t1712;
+    t1714 = R::fused(R::constant(-19.0), t1707, t1465);
+    t1715 = t1532 + t1714;
+    t1716 = t742_743.first() - t1713;
+    t1717 = t702_703.first() - t1715;
+    t1718 = t1658 * t931; // factors of the mass matrix
+    t1719 = R::fused(t1658, t1718, t1704); // factors of the mass matrix
+    t1720 = R::fused(-t1383, t1718, t1705); // factors of the mass matrix
+    t1721 = R::fused(R::constant(19.0), t1700, t1535);
+    t1722 = R::fused(R::constant(19.0), t1709, t1535);
+    t1723 = t1536 - t1721;
+    t1724 = t1536 - t1722;
+    t1725 = t744_745.first() + t1723;
+    t1726 = t704_705.first() + t1724;
+    t1727 = R::fused(R::constant(-19.0), t1702, t1537);
+    t1728 = R::fused(R::constant(-19.0), t1711, t1537);
+    t1729 = t1538 + t1727;
+    t1730 = t1538 + t1728;
+    t1731 = t740_741.first() - t1729;
+    t1732 = t700_701.first() - t1730;
+    t1733 = t1667 * t964; // factors of the mass matrix
+    t1734 = R::fused(-t1667, t1733, t1719); // factors of the mass matrix
+    t1735 = R::fused(-t1384, t1733, t1720); // factors of the mass matrix
+    t1736 = t1307 * t1716;
+    t1737 = R::fused(t1305, t1725, t1736);
+    t1738 = R::fused(-t1310, t1731, t1737);
+    t1739 = t1047 * t1700;
+    t1740 = R::fused(-t617, t1702, t1739);
+    t1741 = t1539 + t1740;
+    t1742 = t1549 - t1741;
+    t1743 = t1552 + t1742;
+    t1744 = t1236_1237.first() - t1743;
+    t1745 = R::fused(-t89, t1744, t1738);
+    t1746 = t1047 * t1698;
+    t1747 = R::fused(t1311, t1702, t1746);
+    t1748 = t1566 + t1747;
+    t1749 = t1567 - t1748;
+    t1750 = t1568 + t1749;
+    t1751 = t1234_1235.first() - t1750;
+    t1752 = R::fused(t329, t1751, t1745);
+    t1753 = t617 * t1698;
+    t1754 = R::fused(t1311, t1700, t1753);
+    t1755 = t1569 + t1754;
+    t1756 = t1582 - t1755;
+    t1757 = t1584 + t1756;
+    t1758 = t842 - t1757;
+    t1759 = R::fused(-t343, t1758, t1752);
     // factors of the mass matrix
-    t1754 = R::fused(t1715, t736, t1753);
-    t1755 = R::fused(t1724, t743, t1754);
-    t1756 = R::fused(-t1734, t749, t1755);
-    t1757 = R::fused(-t1745, t754, t1756);
-    t1758 = t1757 * t764;
-    t1759 = R::fused(t1313, t1758, t1747);
+    t1760 = t1682 * t1573;
+    t1761 = R::fused(-t1682, t1760, t1734);
+    t1762 = R::fused(-t1572, t1760, t1735);
+    t1763 = R::constant(1.0) / t1761;
     // other
-    t1760 = t945_946.second() * t1677;
-    t1761 = R::fused(t527_528.second(), t1671, t1760);
-    t1762 = t1608 + t1761;
-    t1763 = t1610 - t1762;
-    t1764 = t1612 + t1763;
+    t1764 = t652_653.second() * t1698;
+    t1765 = R::fused(-t654_655.second(), t1700, t1764);
+    t1766 = R::fused(t630_631.second(), t1702, t1765);
+    t1767 = t1590 + t1766;
+    t1768 = t1592 - t1767;
+    t1769 = t1594 - t1768;
+    t1770 = t702_703.second() * t1698;
+    t1771 = R::fused(-t704_705.second(), t1700, t1770);
+    t1772 = R::fused(t700_701.second(), t1702, t1771);
+    t1773 = t1598 - t1772;
+    t1774 = t1600 - t1773;
+    t1775 = t1602 - t1774;
+    t1776 = R::fused(-t1769, t6, t1775); // factors of the mass matrix
+    t1777 = t742_743.second() * t1698;
+    t1778 = R::fused(-t744_745.second(), t1700, t1777);
+    t1779 = R::fused(t740_741.second(), t1702, t1778);
+    t1780 = t1607 + t1779;
+    t1781 = t1609 - t1780;
+    t1782 = t1613 + t1781;
+    t1783 = R::fused(-t1769, t750, t1782); // factors of the mass matrix
+    t1784 = R::fused(-t1776, t754, t1783); // factors of the mass matrix
+    t1785 = t769_770.second() * t1698;
+    t1786 = R::fused(-t771_772.second(), t1700, t1785);
+    t1787 = R::fused(-t1020_1021.second(), t1702, t1786);
+    t1788 = t1619 - t1787;
+    t1789 = t1621 - t1788;
+    t1790 = t1623 + t1789;
+    t1791 = R::fused(-t1769, t782, t1790); // factors of the mass matrix
+    t1792 = R::fused(-t1776, t793, t1791); // factors of the mass matrix
+    t1793 = R::fused(-t1784, t816, t1792); // factors of the mass matrix
+    t1794 = t820_821.second() * t1698;
+    t1795 = R::fused(t1069_1070.second(), t1700, t1794);
+    t1796 = R::fused(t567_568.second(), t1702, t1795);
+    t1797 = t1632 + t1796;
+    t1798 = t1634 - t1797;
+    t1799 = t1636 + t1798;
     // factors of the mass matrix
-    t1765 = R::fused(-t1715, t770, t1764);
-    t1766 = R::fused(-t1724, t773, t1765);
-    t1767 = R::fused(-t1734, t777, t1766);
-    t1768 = R::fused(-t1745, t782, t1767);
-    t1769 = R::fused(-t1757, t788, t1768);
-    t1770 = t1769 * t795;
-    t1771 = R::fused(-t1323, t1770, t1759);
+    t1800 = R::fused(t1769, t826, t1799);
+    t1801 = R::fused(t1776, t836, t1800);
+    t1802 = R::fused(-t1784, t848, t1801);
+    t1803 = R::fused(-t1793, t859, t1802);
+    t1804 = t1762 * t1763;
+    t1805 = R::fused(-t1762, t1804, t1612);
     // other
-    t1772 = R::fused(t1671, t540, -t1760);
-    t1773 = t1608 - t1772;
-    t1774 = t1622 + t1773;
-    t1775 = t1624 + t1774;
+    t1806 = t1022_1023.second() * t1700;
+    t1807 = t1698 * t1319;
+    t1808 = R::fused(t1700, t1320, t1807);
+    t1809 = R::fused(t1702, t1324, t1808);
+    t1810 = t1670 + t1809;
+    t1811 = t1672 - t1810;
+    t1812 = t1674 + t1811;
     // factors of the mass matrix
-    t1776 = R::fused(t1715, t605, t1775);
-    t1777 = R::fused(-t1724, t648, t1776);
-    t1778 = R::fused(-t1734, t679, t1777);
-    t1779 = R::fused(t1745, t707, t1778);
-    t1780 = R::fused(-t1757, t765, t1779);
-    t1781 = R::fused(-t1769, t796, t1780);
-    t1782 = t1781 * t798;
-    t1783 = R::fused(-t1324, t1782, t1771);
+    t1813 = R::fused(-t1769, t1506, t1812);
+    t1814 = R::fused(t1776, t1521, t1813);
+    t1815 = R::fused(t1784, t1528, t1814);
+    t1816 = R::fused(t1793, t1540, t1815);
+    t1817 = R::fused(t1803, t1555, t1816);
+    t1818 = t1769 * R::constant(481.7535830422739);
+    t1819 = R::fused(-t1331, t1818, t1759);
     // other
-    t1784 = t1671 * t1411;
-    t1785 = R::fused(t1677, t1413, t1784);
-    t1786 = R::fused(t1683, t1418, t1785);
-    t1787 = t1636 + t1786;
-    t1788 = t1638 - t1787;
-    t1789 = t1640 + t1788;
+    t1820 = R::fused(t579_580.second(), t1698, t1806);
+    t1821 = R::fused(t1698, t633, -t1806);
+    t1822 = t1642 + t1820;
+    t1823 = t1642 - t1821;
+    t1824 = t1643 - t1822;
+    t1825 = t1647 + t1823;
+    t1826 = t1646 + t1824;
+    t1827 = t1648 + t1825;
     // factors of the mass matrix
-    t1790 = R::fused(-t1715, t1439, t1789);
-    t1791 = R::fused(t1724, t1445, t1790);
-    t1792 = R::fused(t1734, t1452, t1791);
-    t1793 = R::fused(t1745, t1460, t1792);
-    t1794 = R::fused(t1757, t1469, t1793);
-    t1795 = R::fused(t1769, t1478, t1794);
-    t1796 = R::fused(t1781, t1487, t1795);
-    t1797 = t1796 * t1499;
-    t1798 = R::fused(-t1488, t1797, t1783);
+    t1828 = R::fused(-t1769, t838, t1826);
+    t1829 = R::fused(t1769, t781, t1827);
+    t1830 = R::fused(-t1776, t863, t1828);
+    t1831 = R::fused(-t1776, t790, t1829);
+    t1832 = R::fused(-t1784, t866, t1830);
+    t1833 = R::fused(-t1784, t814, t1831);
+    t1834 = R::fused(-t1793, t916, t1832);
+    t1835 = R::fused(t1793, t857, t1833);
+    t1836 = R::fused(-t1803, t928, t1834);
+    t1837 = R::fused(-t1803, t914, t1835);
+    t1838 = R::fused(-t1836, t962, t1837);
+    t1839 = R::fused(t1836, t1562, t1817);
+    t1840 = R::fused(t1838, t1570, t1839);
+    t1841 = t1776 * t486;
+    t1842 = R::fused(t1338, t1841, t1819);
+    t1843 = t1784 * t756;
+    t1844 = R::fused(t1358, t1843, t1842);
     // other
-    t1799 = t1671 * t1506;
-    t1800 = R::fused(-t1677, t1511, t1799);
-    t1801 = R::fused(-t1683, t1517, t1800);
-    t1802 = t1653 - t1801;
-    t1803 = t1655 - t1802;
-    t1804 = t1657 + t1803;
+    t1845 = t1698 * t1534;
+    t1846 = R::fused(-t1700, t1545, t1845);
+    t1847 = R::fused(-t1702, t1548, t1846);
+    t1848 = t1687 - t1847;
+    t1849 = t1689 - t1848;
+    t1850 = t1691 + t1849;
     // factors of the mass matrix
-    t1805 = R::fused(t1715, t1556, t1804);
-    t1806 = R::fused(-t1724, t1567, t1805);
-    t1807 = R::fused(-t1734, t1579, t1806);
-    t1808 = R::fused(t1745, t1592, t1807);
-    t1809 = R::fused(-t1757, t1606, t1808);
-    t1810 = R::fused(-t1769, t1619, t1809);
-    t1811 = R::fused(t1781, t1632, t1810);
-    t1812 = R::fused(t1796, t1649, t1811);
-    t1813 = t1812 * t1667;
-    t1814 = R::fused(t1650, t1813, t1798);
+    t1851 = R::fused(t1769, t1628, t1850);
+    t1852 = R::fused(-t1776, t1644, t1851);
+    t1853 = R::fused(-t1784, t1668, t1852);
+    t1854 = R::fused(t1793, t1683, t1853);
+    t1855 = R::fused(-t1803, t1703, t1854);
+    t1856 = R::fused(-t1836, t1718, t1855);
+    t1857 = R::fused(t1838, t1733, t1856);
+    t1858 = R::fused(t1840, t1760, t1857);
+    t1859 = t1793 * t818;
+    t1860 = R::fused(-t1369, t1859, t1844);
     // other
-    t1815 = t1671 * t1674;
-    t1816 = R::fused(-t1677, t1680, t1815);
-    t1817 = R::fused(t1683, t1686, t1816);
-    t1818 = t224 * t1693;
-    t1819 = t1817 + t1818;
-    t1820 = t239 * t1700;
-    t1821 = t1819 - t1820;
-    t1822 = sin_q_right_hip_roll * t1708;
-    t1823 = t1821 - t1822;
+    t1861 = t1698 * t1716;
+    t1862 = R::fused(-t1700, t1725, t1861);
+    t1863 = R::fused(t1702, t1731, t1862);
+    t1864 = t134 * t1744;
+    t1865 = t1863 + t1864;
+    t1866 = t136 * t1751;
+    t1867 = t1865 - t1866;
+    t1868 = sin_q_right_hip_roll * t1758;
+    t1869 = t1867 - t1868;
     // factors of the mass matrix
-    t1824 = R::fused(-t1715, t1716, t1823);
-    t1825 = R::fused(-t1724, t1725, t1824);
-    t1826 = R::fused(-t1734, t1735, t1825);
-    t1827 = R::fused(-t1745, t1746, t1826);
-    t1828 = R::fused(-t1757, t1758, t1827);
-    t1829 = R::fused(-t1769, t1770, t1828);
-    t1830 = R::fused(t1781, t1782, t1829);
-    t1831 = R::fused(t1796, t1797, t1830);
-    t1832 = R::fused(t1812, t1813, t1831);
-    t1833 = R::constant(1.0) / t1832;
-    t1834 = t1814 * t1833;
-    t1835 = R::fused(t1814, t1834, t1669);
+    t1870 = R::fused(-t1769, t1818, t1869);
+    t1871 = R::fused(-t1776, t1841, t1870);
+    t1872 = R::fused(-t1784, t1843, t1871);
+    t1873 = R::fused(-t1793, t1859, t1872);
+    t1874 = t1803 * t861;
+    t1875 = R::fused(-t1803, t1874, t1873);
+    t1876 = R::fused(t1381, t1874, t1860);
     // other
-    t1836 = sin_q_right_hip_roll * t238;
-    t1837 = R::fused(-t239, t252, t1836);
-    t1838 = R::fused(R::constant(-19.0), t1837, t1502);
-    t1839 = t1504 + t1838;
-    t1840 = t623_624.first() - t1839;
-    t1841 = t1262 * t1840;
-    t1842 = t224 * t252;
-    t1843 = R::fused(sin_q_right_hip_roll, t223, t1842);
-    t1844 = R::fused(R::constant(19.0), t1843, t1508);
-    t1845 = t1509 - t1844;
-    t1846 = t1118_1119.first() + t1845;
-    t1847 = R::fused(t1259, t1846, t1841);
-    t1848 = t239 * t223;
-    t1849 = R::fused(t224, t238, t1848);
-    t1850 = R::fused(R::constant(-19.0), t1849, t1513);
-    t1851 = t1515 + t1850;
-    t1852 = t1121_1122.first() - t1851;
-    t1853 = R::fused(-t1271, t1852, t1847);
-    t1854 = t976 * t1843;
-    t1855 = R::fused(-t536, t1849, t1854);
-    t1856 = t1519 + t1855;
-    t1857 = t1522 - t1856;
-    t1858 = t1524 + t1857;
-    t1859 = t1132_1133.first() + t1858;
-    t1860 = R::fused(t16, t1859, t1853);
-    t1861 = t976 * t1837;
-    t1862 = R::fused(t1333, t1849, t1861);
-    t1863 = t1531 + t1862;
-    t1864 = t1533 - t1863;
-    t1865 = t1535 + t1864;
-    t1866 = t1137_1138.first() + t1865;
-    t1867 = R::fused(-t323, t1866, t1860);
-    t1868 = R::fused(R::constant(0.075), t623_624.first(), t640_641.first()); // right_ankle: mass matrix
-    t1869 = t536 * t1837;
-    t1870 = R::fused(t1333, t1843, t1869);
-    t1871 = t1540 + t1870;
-    t1872 = t1542 - t1871;
-    t1873 = t1544 + t1872;
-    t1874 = t1868 - t1873;
-    t1875 = R::fused(-t326, t1874, t1867);
-    t1876 = t568_569.second() * t1837;
-    t1877 = R::fused(-t1083_1084.second(), t1843, t1876);
-    t1878 = R::fused(t1088_1089.second(), t1849, t1877);
-    t1879 = t1550 + t1878;
-    t1880 = t1552 - t1879;
-    t1881 = t1554 - t1880;
-    t1882 = t1881 * R::constant(481.7535830422739); // factors of the mass matrix
-    t1883 = R::fused(-t1275, t1882, t1875); // factors of the mass matrix
-    t1884 = t623_624.second() * t1837;
-    t1885 = R::fused(-t1118_1119.second(), t1843, t1884);
-    t1886 = R::fused(t1121_1122.second(), t1849, t1885);
-    t1887 = t1560 - t1886;
-    t1888 = t1562 - t1887;
-    t1889 = t1564 - t1888;
-    t1890 = R::fused(-t1881, t644, t1889); // factors of the mass matrix
-    t1891 = t1890 * t647; // factors of the mass matrix
-    t1892 = R::fused(t1283, t1891, t1883); // factors of the mass matrix
-    t1893 = t658_659.second() * t1837;
-    t1894 = R::fused(-t1148_1149.second(), t1843, t1893);
-    t1895 = R::fused(t1151_1152.second(), t1849, t1894);
-    t1896 = t1571 + t1895;
-    t1897 = t1573 - t1896;
-    t1898 = t1575 + t1897;
-    // factors of the mass matrix
-    t1899 = R::fused(-t1881, t671, t1898);
-    t1900 = R::fused(-t1890, t674, t1899);
-    t1901 = t1900 * t678;
-    t1902 = R::fused(t1292, t1901, t1892);
-    // other
-    t1903 = t685_686.second() * t1837;
-    t1904 = R::fused(-t1179_1180.second(), t1843, t1903);
-    t1905 = R::fused(-t1182_1183.second(), t1849, t1904);
-    t1906 = t1583 - t1905;
-    t1907 = t1585 - t1906;
-    t1908 = t1587 + t1907;
-    // factors of the mass matrix
-    t1909 = R::fused(-t1881, t694, t1908);
-    t1910 = R::fused(-t1890, t697, t1909);
-    t1911 = R::fused(-t1900, t701, t1910);
-    t1912 = t1911 * t706;
-    t1913 = R::fused(-t1302, t1912, t1902);
-    // other
-    t1914 = t713_714.second() * t1837;
-    t1915 = R::fused(t1218_1219.second(), t1843, t1914);
-    t1916 = R::fused(t525_526.second(), t1849, t1915);
-    t1917 = t1596 + t1916;
-    t1918 = t1598 - t1917;
-    t1919 = t1600 + t1918;
-    // factors of the mass matrix
-    t1920 = R::fused(t1881, t736, t1919);
-    t1921 = R::fused(t1890, t743, t1920);
-    t1922 = R::fused(-t1900, t749, t1921);
-    t1923 = R::fused(-t1911, t754, t1922);
-    t1924 = t1923 * t764;
-    t1925 = R::fused(t1313, t1924, t1913);
-    // other
-    t1926 = t945_946.second() * t1843;
-    t1927 = R::fused(t527_528.second(), t1837, t1926);
-    t1928 = t1608 + t1927;
-    t1929 = t1610 - t1928;
-    t1930 = t1612 + t1929;
-    // factors of the mass matrix
-    t1931 = R::fused(-t1881, t770, t1930);
-    t1932 = R::fused(-t1890, t773, t1931);
-    t1933 = R::fused(-t1900, t777, t1932);
-    t1934 = R::fused(-t1911, t782, t1933);
-    t1935 = R::fused(-t1923, t788, t1934);
-    t1936 = t1935 * t795;
+    t1877 = t1307 * t1717;
+    t1878 = R::fused(t1305, t1726, t1877);
+    t1879 = R::fused(-t1310, t1732, t1878);
+    t1880 = t1047 * t1709;
+    t1881 = R::fused(-t617, t1711, t1880);
+    t1882 = t1539 + t1881;
+    t1883 = t1549 - t1882;
+    t1884 = t1552 + t1883;
+    t1885 = t1217_1218.first() + t1884;
+    t1886 = R::fused(t89, t1885, t1879);
+    t1887 = t1047 * t1707;
+    t1888 = R::fused(t1311, t1711, t1887);
+    t1889 = t1566 + t1888;
+    t1890 = t1567 - t1889;
+    t1891 = t1568 + t1890;
+    t1892 = t1215_1216.first() + t1891;
+    t1893 = R::fused(-t329, t1892, t1886);
+    t1894 = t1836 * t931; // factors of the mass matrix
+    t1895 = R::fused(-t1836, t1894, t1875); // factors of the mass matrix
+    t1896 = R::fused(-t1383, t1894, t1876); // factors of the mass matrix
+    t1897 = t617 * t1707;
+    t1898 = R::fused(t1311, t1709, t1897);
+    t1899 = t1569 + t1898;
+    t1900 = t1582 - t1899;
+    t1901 = t1584 + t1900;
+    t1902 = t840 - t1901;
+    t1903 = R::fused(-t343, t1902, t1893);
+    t1904 = t1838 * t964; // factors of the mass matrix
+    t1905 = R::fused(t1838, t1904, t1895); // factors of the mass matrix
+    t1906 = R::fused(-t1384, t1904, t1896); // factors of the mass matrix
+    t1907 = t652_653.second() * t1707;
+    t1908 = R::fused(-t654_655.second(), t1709, t1907);
+    t1909 = R::fused(t630_631.second(), t1711, t1908);
+    t1910 = t1590 + t1909;
+    t1911 = t1592 - t1910;
+    t1912 = t1594 - t1911;
+    t1913 = t1840 * t1573; // factors of the mass matrix
+    t1914 = R::fused(t1840, t1913, t1905); // factors of the mass matrix
+    t1915 = R::fused(-t1572, t1913, t1906); // factors of the mass matrix
+    t1916 = t702_703.second() * t1707;
+    t1917 = R::fused(-t704_705.second(), t1709, t1916);
+    t1918 = R::fused(t700_701.second(), t1711, t1917);
+    t1919 = t1598 - t1918;
+    t1920 = t1600 - t1919;
+    t1921 = t1602 - t1920;
+    t1922 = R::fused(-t1912, t6, t1921); // factors of the mass matrix
+    t1923 = t742_743.second() * t1707;
+    t1924 = R::fused(-t744_745.second(), t1709, t1923);
+    t1925 = R::fused(t740_741.second(), t1711, t1924);
+    t1926 = t1607 + t1925;
+    t1927 = t1609 - t1926;
+    t1928 = t1613 + t1927;
+    t1929 = R::fused(-t1912, t750, t1928); // factors of the mass matrix
+    t1930 = R::fused(-t1922, t754, t1929); // factors of the mass matrix
+    t1931 = t769_770.second() * t1707;
+    t1932 = R::fused(-t771_772.second(), t1709, t1931);
+    t1933 = R::fused(-t1020_1021.second(), t1711, t1932);
+    t1934 = t1619 - t1933;
+    t1935 = t1621 - t1934;
+    t1936 = t1623 + t1935;
+    t1937 = R::fused(-t1912, t782, t1936); // factors of the mass matrix
+    t1938 = R::fused(-t1922, t793, t1937); // factors of the mass matrix
+    t1939 = R::fused(-t1930, t816, t1938); // factors of the mass matrix
     let (
-        t1937, t1938, t1939, t1940, t1941, t1942, t1943, t1944, t1945, t1946, t1947, t1948, t1949, t1950, t1951, t1952,
-        t1953, t1954, t1955, t1956, t1957, t1958, t1959, t1960, t1961, t1962, t1963, t1964, t1965, t1966, t1967, t1968,
-        t1969, t1970, t1971, t1972, t1973, t1974, t1975, t1976, t1977, t1978, t1979, t1980, t1981, t1982, t1983, t1984,
-        t1985, t1986, t1987, t1988, t1989, t1990, t1991, t1992, t1993, t1994, t1995, t1996, t1997, t1998, t1999, t2000,
-        t2001, t2002, t2003, t2004, t2005, t2006, t2007, t2008, t2009, t2010, t2011, t2012, t2013, t2014, t2015, t2016,
-        t2017, t2018, t2019, t2020, t2021, t2022, t2023, t2024, t2025, t2026, t2027, t2028, t2029, t2030, t2031, t2032,
-        t2033, t2034, t2035, t2036, t2037, t2038, t2039, t2040, t2041, t2042, t2043, t2044, t2045, t2046, t2047, t2048,
-        t2049_2050, t2051_2052, t2053, t2054, t2055, t2056, t2057_2058, t2059, t2060, t2061, t2062, t2063, t2064, t2065,
-        t2066, t2067, t2068, t2069, t2070, t2071, t2072, t2073, t2074, t2075, t2076, t2077, t2078, t2079, t2080, t2081,
-        t2082, t2083, t2084, t2085, t2086, t2087, t2088, t2089, t2090, t2091, t2092, t2093, t2094, t2095, t2096, t2097,
-        t2098, t2099, t2100, t2101, t2102, t2103, t2104, t2105, t2106, t2107, t2108, t2109, t2110, t2111, t2112, t2113,
-        t2114, t2115, t2116, t2117, t2118, t2119, t2120, t2121, t2122, t2123, t2124, t2125, t2126, t2127, t2128, t2129,
-        t2130, t2131, t2132, t2133, t2134, t2135, t2136, t2137, t2138, t2139, t2140, t2141, t2142, t2143, t2144, t2145,
-        t2146, t2147, t2148, t2149, t2150, t2151, t2152, t2153, t2154, t2155, t2156, t2157, t2158, t2159, t2160, t2161,
-        t2162, t2163, t2164, t2165, t2166, t2167, t2168, t2169, t2170, t2171, t2172, t2173, t2174, t2175, t2176, t2177,
-        t2178, t2179, t2180, t2181, t2182, t2183, t2184, t2185, t2186, t2187, t2188, t2189, t2190, t2191, t2192, t2193,
-        t2194, t2195,
+        t1940, t1941, t1942, t1943, t1944, t1945, t1946, t1947, t1948, t1949, t1950, t1951, t1952, t1953, t1954, t1955,
+        t1956, t1957, t1958, t1959, t1960, t1961, t1962, t1963, t1964, t1965, t1966, t1967, t1968, t1969, t1970, t1971,
+        t1972, t1973, t1974, t1975, t1976, t1977, t1978, t1979, t1980, t1981, t1982, t1983, t1984, t1985, t1986, t1987,
+        t1988, t1989, t1990, t1991, t1992, t1993, t1994, t1995, t1996, t1997, t1998, t1999, t2000, t2001, t2002, t2003,
+        t2004, t2005, t2006, t2007, t2008, t2009, t2010, t2011, t2012, t2013, t2014, t2015, t2016, t2017, t2018, t2019,
+        t2020, t2021, t2022, t2023, t2024, t2025, t2026, t2027, t2028, t2029, t2030, t2031, t2032, t2033, t2034, t2035,
+        t2036, t2037, t2038, t2039, t2040, t2041, t2042, t2043, t2044, t2045, t2046, t2047, t2048, t2049, t2050, t2051,
+        t2052, t2053, t2054, t2055, t2056, t2057, t2058, t2059, t2060, t2061, t2062, t2063, t2064, t2065, t2066, t2067,
+        t2068, t2069, t2070, t2071, t2072, t2073, t2074, t2075, t2076, t2077, t2078, t2079, t2080, t2081, t2082, t2083,
+        t2084, t2085, t2086, t2087, t2088, t2089, t2090, t2091, t2092, t2093, t2094, t2095, t2096, t2097, t2098, t2099,
+        t2100, t2101, t2102, t2103, t2104, t2105, t2106, t2107, t2108, t2109, t2110, t2111, t2112, t2113, t2114, t2115,
+        t2116, t2117, t2118, t2119, t2120, t2121, t2122, t2123, t2124, t2125, t2126, t2127, t2128, t2129, t2130, t2131,
+        t2132, t2133, t2134, t2135, t2136, t2137, t2138, t2139, t2140, t2141, t2142, t2143, t2144, t2145, t2146, t2147,
+        t2148, t2149, t2150, t2151, t2152, t2153, t2154, t2155, t2156, t2157, t2158, t2159, t2160, t2161, t2162, t2163,
+        t2164, t2165, t2166, t2167, t2168, t2169, t2170, t2171, t2172, t2173, t2174, t2175, t2176, t2177, t2178, t2179,
+        t2180, t2181, t2182, t2183, t2184, t2185, t2186, t2187, t2188, t2189, t2190, t2191, t2192, t2193, t2194, t2195,
     );
-    t1937 = R::fused(-t1323, t1936, t1925);
-    // other
-    t1938 = R::fused(t1837, t540, -t1926);
-    t1939 = t1608 - t1938;
-    t1940 = t1622 + t1939;
-    t1941 = t1624 + t1940;
+    t1940 = t820_821.second() * t1707;
+    t1941 = R::fused(t1069_1070.second(), t1709, t1940);
+    t1942 = R::fused(t567_568.second(), t1711, t1941);
+    t1943 = t1632 + t1942;
+    t1944 = t1634 - t1943;
+    t1945 = t1636 + t1944;
     // factors of the mass matrix
-    t1942 = R::fused(t1881, t605, t1941);
-    t1943 = R::fused(-t1890, t648, t1942);
-    t1944 = R::fused(-t1900, t679, t1943);
-    t1945 = R::fused(t1911, t707, t1944);
-    t1946 = R::fused(-t1923, t765, t1945);
-    t1947 = R::fused(-t1935, t796, t1946);
-    t1948 = t1947 * t798;
-    t1949 = R::fused(-t1324, t1948, t1937);
+    t1946 = R::fused(t1912, t826, t1945);
+    t1947 = R::fused(t1922, t836, t1946);
+    t1948 = R::fused(-t1930, t848, t1947);
+    t1949 = R::fused(-t1939, t859, t1948);
     // other
-    t1950 = t1837 * t1411;
-    t1951 = R::fused(t1843, t1413, t1950);
-    t1952 = R::fused(t1849, t1418, t1951);
-    t1953 = t1636 + t1952;
-    t1954 = t1638 - t1953;
-    t1955 = t1640 + t1954;
+    t1950 = t1022_1023.second() * t1709;
+    t1951 = t1707 * t1319;
+    t1952 = R::fused(t1709, t1320, t1951);
+    t1953 = R::fused(t1711, t1324, t1952);
+    t1954 = t1670 + t1953;
+    t1955 = t1672 - t1954;
+    t1956 = t1674 + t1955;
     // factors of the mass matrix
-    t1956 = R::fused(-t1881, t1439, t1955);
-    t1957 = R::fused(t1890, t1445, t1956);
-    t1958 = R::fused(t1900, t1452, t1957);
-    t1959 = R::fused(t1911, t1460, t1958);
-    t1960 = R::fused(t1923, t1469, t1959);
-    t1961 = R::fused(t1935, t1478, t1960);
-    t1962 = R::fused(t1947, t1487, t1961);
-    t1963 = t1962 * t1499;
-    t1964 = R::fused(-t1488, t1963, t1949);
+    t1957 = R::fused(-t1912, t1506, t1956);
+    t1958 = R::fused(t1922, t1521, t1957);
+    t1959 = R::fused(t1930, t1528, t1958);
+    t1960 = R::fused(t1939, t1540, t1959);
+    t1961 = R::fused(t1949, t1555, t1960);
+    t1962 = t1858 * t1763;
+    t1963 = R::fused(t1858, t1962, t1914);
+    t1964 = R::fused(t1762, t1962, t1915);
+    t1965 = R::constant(1.0) / t1963;
+    t1966 = t1912 * R::constant(481.7535830422739);
+    t1967 = R::fused(-t1331, t1966, t1903);
     // other
-    t1965 = t1837 * t1506;
-    t1966 = R::fused(-t1843, t1511, t1965);
-    t1967 = R::fused(-t1849, t1517, t1966);
-    t1968 = t1653 - t1967;
-    t1969 = t1655 - t1968;
-    t1970 = t1657 + t1969;
+    t1968 = R::fused(t579_580.second(), t1707, t1950);
+    t1969 = R::fused(t1707, t633, -t1950);
+    t1970 = t1642 + t1968;
+    t1971 = t1642 - t1969;
+    t1972 = t1643 - t1970;
+    t1973 = t1647 + t1971;
+    t1974 = t1646 + t1972;
+    t1975 = t1648 + t1973;
     // factors of the mass matrix
-    t1971 = R::fused(t1881, t1556, t1970);
-    t1972 = R::fused(-t1890, t1567, t1971);
-    t1973 = R::fused(-t1900, t1579, t1972);
-    t1974 = R::fused(t1911, t1592, t1973);
-    t1975 = R::fused(-t1923, t1606, t1974);
-    t1976 = R::fused(-t1935, t1619, t1975);
-    t1977 = R::fused(t1947, t1632, t1976);
-    t1978 = R::fused(t1962, t1649, t1977);
-    t1979 = t1978 * t1667;
-    t1980 = R::fused(t1650, t1979, t1964);
+    t1976 = R::fused(-t1912, t838, t1974);
+    t1977 = R::fused(t1912, t781, t1975);
+    t1978 = R::fused(-t1922, t863, t1976);
+    t1979 = R::fused(-t1922, t790, t1977);
+    t1980 = R::fused(-t1930, t866, t1978);
+    t1981 = R::fused(-t1930, t814, t1979);
+    t1982 = R::fused(-t1939, t916, t1980);
+    t1983 = R::fused(t1939, t857, t1981);
+    t1984 = R::fused(-t1949, t928, t1982);
+    t1985 = R::fused(-t1949, t914, t1983);
+    t1986 = R::fused(-t1984, t962, t1985);
+    t1987 = R::fused(t1984, t1562, t1961);
+    t1988 = t1986 * t964;
+    t1989 = R::fused(t1986, t1570, t1987);
+    t1990 = t1964 * t1965;
+    t1991 = R::fused(t1964, t1990, t1805);
+    t1992 = t1922 * t486;
+    t1993 = R::fused(t1338, t1992, t1967);
+    t1994 = t486 * t1223; // other
+    t1995 = t1930 * t756;
+    t1996 = R::fused(t1358, t1995, t1993);
     // other
-    t1981 = t1837 * t1674;
-    t1982 = R::fused(-t1843, t1680, t1981);
-    t1983 = R::fused(t1849, t1686, t1982);
-    t1984 = t1818 + t1983;
-    t1985 = t1820 - t1984;
-    t1986 = t1822 + t1985;
+    t1997 = t756 * t1243;
+    t1998 = t1707 * t1534;
+    t1999 = R::fused(-t1709, t1545, t1998);
+    t2000 = R::fused(-t1711, t1548, t1999);
+    t2001 = t1687 - t2000;
+    t2002 = t1689 - t2001;
+    t2003 = t1691 + t2002;
     // factors of the mass matrix
-    t1987 = R::fused(t1881, t1716, t1986);
-    t1988 = R::fused(t1890, t1725, t1987);
-    t1989 = R::fused(t1900, t1735, t1988);
-    t1990 = R::fused(t1911, t1746, t1989);
-    t1991 = R::fused(t1923, t1758, t1990);
-    t1992 = R::fused(t1935, t1770, t1991);
-    t1993 = R::fused(-t1947, t1782, t1992);
-    t1994 = R::fused(-t1962, t1797, t1993);
-    t1995 = R::fused(-t1978, t1813, t1994);
-    t1996 = t1995 * t1833;
-    t1997 = R::fused(t1814, t1996, t1980);
+    t2004 = R::fused(t1912, t1628, t2003);
+    t2005 = R::fused(-t1922, t1644, t2004);
+    t2006 = R::fused(-t1930, t1668, t2005);
+    t2007 = R::fused(t1939, t1683, t2006);
+    t2008 = R::fused(-t1949, t1703, t2007);
+    t2009 = R::fused(-t1984, t1718, t2008);
+    t2010 = R::fused(t1986, t1733, t2009);
+    t2011 = R::fused(t1989, t1760, t2010);
+    t2012 = t1939 * t818;
+    t2013 = R::fused(-t1369, t2012, t1996);
     // other
-    t1998 = t1837 * t1840;
-    t1999 = R::fused(-t1843, t1846, t1998);
-    t2000 = R::fused(t1849, t1852, t1999);
-    t2001 = R::fused(-t224, t1859, t2000);
-    t2002 = R::fused(t239, t1866, t2001);
-    t2003 = R::fused(-sin_q_right_hip_roll, t1874, t2002);
+    t2014 = t818 * t1268;
+    t2015 = t1707 * t1716;
+    t2016 = R::fused(-t1709, t1725, t2015);
+    t2017 = R::fused(t1711, t1731, t2016);
+    t2018 = t1864 + t2017;
+    t2019 = t1866 - t2018;
+    t2020 = t1868 + t2019;
     // factors of the mass matrix
-    t2004 = R::fused(-t1881, t1882, t2003);
-    t2005 = R::fused(-t1890, t1891, t2004);
-    t2006 = R::fused(-t1900, t1901, t2005);
-    t2007 = R::fused(-t1911, t1912, t2006);
-    t2008 = R::fused(-t1923, t1924, t2007);
-    t2009 = R::fused(-t1935, t1936, t2008);
-    t2010 = R::fused(t1947, t1948, t2009);
-    t2011 = R::fused(t1962, t1963, t2010);
-    t2012 = R::fused(t1978, t1979, t2011);
-    t2013 = R::fused(-t1995, t1996, t2012);
-    t2014 = R::constant(1.0) / t2013;
-    t2015 = t1997 * t2014;
-    t2016 = R::fused(t1997, t2015, t1835);
-    t2017 = R::constant(1.0) / t2016;
+    t2021 = R::fused(t1912, t1818, t2020);
+    t2022 = R::fused(t1922, t1841, t2021);
+    t2023 = R::fused(t1930, t1843, t2022);
+    t2024 = R::fused(t1939, t1859, t2023);
+    t2025 = R::fused(t1949, t1874, t2024);
+    t2026 = R::fused(t1984, t1894, t2025);
+    t2027 = R::fused(-t1986, t1904, t2026);
+    t2028 = R::fused(-t1989, t1913, t2027);
+    t2029 = R::fused(-t2011, t1962, t2028);
+    t2030 = t1949 * t861;
+    t2031 = R::fused(t1381, t2030, t2013);
     // other
-    t2018 = t1329 * t346;
-    t2019 = R::fused(t1335, t950, t2018);
-    t2020 = R::fused(t1340, t1093, t2019);
-    t2021 = R::fused(-t1377, t965, t2020);
-    t2022 = R::fused(t1388, t981, t2021);
-    t2023 = R::fused(t1396, t985, t2022);
-    t2024 = t1078_1079.first() - t2023;
-    t2025 = t1075 * t1262;
-    t2026 = R::constant(2.444) * t43; // torso: wrench that its motion needs
-    t2027 = R::fused(R::constant(19.0), t36, t2026); // torso: wrench that its motion needs
-    t2028 = sin_q_left_hip_yaw * t1045; // left_hip_yaw_link: wrench handed to its parent
-    t2029 = R::fused(-cos_q_left_hip_yaw, t1051, t2028); // left_hip_yaw_link: wrench handed to its parent
-    t2030 = t2027 + t2029; // left_hip_yaw_link: wrench handed to its parent
-    t2031 = sin_q_right_hip_yaw * t1060; // right_hip_yaw_link: wrench handed to its parent
-    t2032 = R::fused(-cos_q_right_hip_yaw, t1066, t2031); // right_hip_yaw_link: wrench handed to its parent
-    t2033 = t2030 + t2032; // right_hip_yaw_link: wrench handed to its parent
-    t2034 = tau_base_linear_y - t2033;
-    t2035 = R::fused(t2034, t1259, t2025);
-    t2036 = sin_q_right_hip_roll * t1062; // right_hip_roll_link: wrench handed to its parent
-    t2037 = R::fused(-cos_q_right_hip_roll, t1065, t2036); // right_hip_roll_link: wrench handed to its parent
-    t2038 = R::fused(v_base_angular_y, v_base_angular_y, t26); // torso: motion
-    t2039 = R::constant(2.444) * t2038; // torso: wrench that its motion needs
-    t2040 = R::fused(R::constant(-19.0), t52, t2039); // torso: wrench that its motion needs
-    t2041 = sin_q_left_hip_roll * t1047; // left_hip_roll_link: wrench handed to its parent
-    t2042 = R::fused(-cos_q_left_hip_roll, t1050, t2041); // left_hip_roll_link: wrench handed to its parent
-    t2043 = t2040 + t2042; // left_hip_yaw_link: wrench handed to its parent
-    t2044 = t2037 + t2043; // right_hip_yaw_link: wrench handed to its parent
-    t2045 = tau_base_linear_z + t2044;
-    t2046 = R::fused(-t2045, t1271, t2035);
-    t2047 = t43 * R::constant(1.2449557904); // torso: wrench that its motion needs
-    t2048 = R::fused(R::constant(2.444), t36, t2047); // torso: wrench that its motion needs
-    t2049_2050 = t67_68 * t71_72; // right_hip_yaw_link, left_hip_yaw_link: motion
-    t2051_2052 = R::Two::fused(both(R::constant(-0.3068020617)), t2049_2050, t1207_1208);
-    t2053 = t2051_2052.second() - t1215; // left_hip_roll_link: wrench handed to its parent
-    t2054 = cos_q_left_hip_yaw * t2053; // left_hip_yaw_link: wrench handed to its parent
-    t2055 = cos_q_left_hip_roll * t1012; // left_hip_roll_link: wrench handed to its parent
-    t2056 = R::fused(-sin_q_left_hip_roll, t1036, t2055); // left_hip_roll_link: wrench handed to its parent
-    t2057_2058 = t79_80 * t71_72; // right_hip_yaw_link, left_hip_yaw_link: motion
-    t2059 = R::fused(t2057_2058.second(), R::constant(0.6135941234), -t2056); // left_hip_roll_link
-    t2060 = R::fused(sin_q_left_hip_yaw, t2059, t2054); // left_hip_yaw_link: wrench handed to its parent
-    t2061 = t2048 - t2060; // left_hip_yaw_link: wrench handed to its parent
-    t2062 = R::fused(R::constant(0.075), t2042, t2061); // left_hip_yaw_link: wrench handed to its parent
-    t2063 = sin_q_right_hip_pitch * t923; // right_upper_leg: wrench handed to its parent
-    t2064 = R::fused(-cos_q_right_hip_pitch, t933, t2063); // right_upper_leg: wrench handed to its parent
-    t2065 = t1211_1212.first() + t2064; // right_upper_leg: wrench handed to its parent
-    t2066 = t2051_2052.first() - t2065; // right_hip_roll_link: wrench handed to its parent
-    t2067 = cos_q_right_hip_yaw * t2066; // right_hip_yaw_link: wrench handed to its parent
-    t2068 = cos_q_right_hip_roll * t867; // right_hip_roll_link: wrench handed to its parent
-    t2069 = R::fused(-sin_q_right_hip_roll, t937, t2068); // right_hip_roll_link: wrench handed to its parent
-    t2070 = R::fused(t2057_2058.first(), R::constant(0.6135941234), -t2069); // right_hip_roll_link
-    t2071 = R::fused(sin_q_right_hip_yaw, t2070, t2067); // right_hip_yaw_link: wrench handed to its parent
-    t2072 = t2062 - t2071; // right_hip_yaw_link: wrench handed to its parent
-    t2073 = R::fused(R::constant(-0.075), t2037, t2072); // right_hip_yaw_link: wrench handed to its parent
-    t2074 = tau_base_angular_x + t2073;
-    t2075 = R::fused(-t2074, t16, t2046);
-    t2076 = t1070 * R::constant(1.3432507904); // torso: wrench that its motion needs
-    t2077 = R::fused(R::constant(2.444), t21, t2076); // torso: wrench that its motion needs
-    t2078 = sin_q_left_hip_yaw * t2053; // left_hip_yaw_link: wrench handed to its parent
-    t2079 = R::fused(-cos_q_left_hip_yaw, t2059, t2078); // left_hip_yaw_link: wrench handed to its parent
-    t2080 = t2077 + t2079; // left_hip_yaw_link: wrench handed to its parent
-    t2081 = sin_q_right_hip_yaw * t2066; // right_hip_yaw_link: wrench handed to its parent
-    t2082 = R::fused(-cos_q_right_hip_yaw, t2070, t2081); // right_hip_yaw_link: wrench handed to its parent
-    t2083 = t2080 + t2082; // right_hip_yaw_link: wrench handed to its parent
-    t2084 = tau_base_angular_y - t2083;
-    t2085 = R::fused(t2084, t323, t2075);
-    t2086 = R::fused(-t1069, t326, t2085);
-    t2087 = t2024 - t2086;
-    // solved by the factors
-    t2088 = R::fused(t1398, t1112, t2087);
-    t2089 = R::fused(t1400, t1142, t2088);
-    t2090 = R::fused(t1402, t1173, t2089);
-    t2091 = R::fused(-t1404, t1205, t2090);
-    t2092 = R::fused(t1406, t1243, t2091);
-    t2093 = R::fused(-t1408, t1255, t2092);
-    t2094 = R::fused(-t1325, t1256, t2093);
+    t2032 = t861 * t1300;
+    t2033 = t1707 * t1717;
+    t2034 = R::fused(-t1709, t1726, t2033);
+    t2035 = R::fused(t1711, t1732, t2034);
+    t2036 = R::fused(-t134, t1885, t2035);
+    t2037 = R::fused(t136, t1892, t2036);
+    t2038 = R::fused(-sin_q_right_hip_roll, t1902, t2037);
+    // factors of the mass matrix
+    t2039 = R::fused(-t1912, t1966, t2038);
+    t2040 = R::fused(-t1922, t1992, t2039);
+    t2041 = R::fused(-t1930, t1995, t2040);
+    t2042 = R::fused(-t1939, t2012, t2041);
+    t2043 = R::fused(-t1949, t2030, t2042);
+    t2044 = t1984 * t931;
+    t2045 = R::fused(-t1383, t2044, t2031);
+    t2046 = R::fused(-t1384, t1988, t2045);
+    t2047 = R::fused(-t1984, t2044, t2043);
+    t2048 = R::fused(t1986, t1988, t2047);
     // other
-    t2095 = tau_right_hip_roll + t2065;
-    t2096 = t1411 * t346;
-    t2097 = R::fused(-t1413, t950, t2096);
-    t2098 = R::fused(t1418, t1093, t2097);
-    t2099 = R::fused(-t1424, t965, t2098);
-    t2100 = R::fused(t1429, t981, t2099);
-    t2101 = R::fused(-t1434, t985, t2100);
-    t2102 = t2095 - t2101;
-    t2103 = t2045 * t1420;
-    t2104 = R::fused(cos_q_right_hip_yaw, t2074, t2103);
-    t2105 = R::fused(sin_q_right_hip_yaw, t2084, t2104);
-    t2106 = t2102 - t2105;
-    // solved by the factors
-    t2107 = R::fused(t1439, t1112, t2106);
-    t2108 = R::fused(t1445, t1142, t2107);
-    t2109 = R::fused(t1452, t1173, t2108);
-    t2110 = R::fused(t1460, t1205, t2109);
-    t2111 = R::fused(t1469, t1243, t2110);
-    t2112 = R::fused(t1478, t1255, t2111);
-    t2113 = R::fused(t1487, t1256, t2112);
-    t2114 = R::fused(-t1500, t2113, t2094);
+    t2049 = t931 * t1302;
+    t2050 = t1388 * t444;
+    t2051 = R::fused(t1392, t1030, t2050);
+    t2052 = R::fused(t1396, t1031, t2051);
+    t2053 = R::fused(-t1426, t1038, t2052);
+    t2054 = R::fused(t1444, t1052, t2053);
+    t2055 = R::fused(t1439, t1053, t2054);
+    t2056 = t986_987.first() - t2055;
+    t2057 = t1989 * t1573; // factors of the mass matrix
+    t2058 = R::fused(-t1572, t2057, t2046); // factors of the mass matrix
+    t2059 = R::fused(t1989, t2057, t2048); // factors of the mass matrix
+    t2060 = t1207 * t1307;
+    // torso: wrench that its motion needs
+    t2061 = R::constant(2.444) * t67;
+    t2062 = t67 * R::constant(1.2449557904);
+    t2063 = R::fused(R::constant(19.0), t108, t2061);
+    t2064 = R::fused(R::constant(2.444), t108, t2062);
+    t2065 = t2063 + t1201; // left_hip_yaw_link: wrench handed to its parent
+    t2066 = t2065 + t1147; // right_hip_yaw_link: wrench handed to its parent
+    t2067 = tau_base_linear_y - t2066; // other
+    t2068 = R::fused(t2067, t1305, t2060); // other
+    t2069 = R::fused(-t1190, t1310, t2068); // other
+    // left_hip_yaw_link: wrench handed to its parent
+    t2070 = cos_q_left_hip_yaw * t1277;
+    t2071 = sin_q_left_hip_yaw * t1277;
+    t2072 = R::fused(sin_q_left_hip_yaw, t1177, t2070);
+    t2073 = R::fused(-cos_q_left_hip_yaw, t1177, t2071);
+    t2074 = t2064 - t2072;
+    t2075 = t1194 + t2073;
+    t2076 = R::fused(R::constant(0.075), t1187, t2074);
+    // right_hip_yaw_link: wrench handed to its parent
+    t2077 = cos_q_right_hip_yaw * t1278;
+    t2078 = sin_q_right_hip_yaw * t1278;
+    t2079 = R::fused(sin_q_right_hip_yaw, t1095, t2077);
+    t2080 = R::fused(-cos_q_right_hip_yaw, t1095, t2078);
+    t2081 = t2075 + t2080;
+    t2082 = t2076 - t2079;
+    t2083 = R::fused(R::constant(-0.075), t1125, t2082);
     // other
-    t2115 = tau_right_hip_pitch + t866;
-    t2116 = t1506 * t346;
-    t2117 = R::fused(t1511, t950, t2116);
-    t2118 = R::fused(-t1517, t1093, t2117);
-    t2119 = R::fused(t1526, t965, t2118);
-    t2120 = R::fused(-t1537, t981, t2119);
-    t2121 = R::fused(t1546, t985, t2120);
-    t2122 = t2115 + t2121;
-    t2123 = t1075 * t1528;
-    t2124 = R::fused(t2045, t1520, t2123);
-    t2125 = t2074 * t224;
-    t2126 = t2124 + t2125;
-    t2127 = t2084 * t239;
-    t2128 = t2126 - t2127;
-    t2129 = sin_q_right_hip_roll * t1069;
-    t2130 = t2128 - t2129;
-    t2131 = t2122 + t2130;
+    t2084 = tau_base_angular_y - t2081;
+    t2085 = tau_base_angular_x + t2083;
+    t2086 = R::fused(-t2085, t89, t2069);
+    t2087 = R::fused(t2084, t329, t2086);
+    t2088 = R::fused(-t1208, t343, t2087);
+    t2089 = t2056 - t2088;
     // solved by the factors
-    t2132 = R::fused(-t1556, t1112, t2131);
-    t2133 = R::fused(-t1567, t1142, t2132);
-    t2134 = R::fused(-t1579, t1173, t2133);
-    t2135 = R::fused(t1592, t1205, t2134);
-    t2136 = R::fused(-t1606, t1243, t2135);
-    t2137 = R::fused(-t1619, t1255, t2136);
-    t2138 = R::fused(t1632, t1256, t2137);
-    t2139 = R::fused(t1649, t2113, t2138);
-    t2140 = R::fused(t1668, t2139, t2114);
+    t2090 = R::fused(t1447, t1165, t2089);
+    t2091 = R::fused(t1449, t1223, t2090);
+    t2092 = R::fused(t1451, t1243, t2091);
+    t2093 = R::fused(-t1453, t1268, t2092);
+    t2094 = R::fused(t1462, t1300, t2093);
+    t2095 = R::fused(-t1471, t1302, t2094);
+    t2096 = R::fused(-t1479, t1303, t2095);
     // other
-    t2141 = tau_right_knee_pitch + t858;
-    t2142 = t1674 * t346;
-    t2143 = R::fused(t1680, t950, t2142);
-    t2144 = R::fused(t1686, t1093, t2143);
-    t2145 = R::fused(-t1693, t965, t2144);
-    t2146 = R::fused(t1700, t981, t2145);
-    t2147 = R::fused(-t1708, t985, t2146);
-    t2148 = t2141 - t2147;
-    t2149 = t1075 * t1671;
-    t2150 = R::fused(-t2034, t1677, t2149);
-    t2151 = R::fused(t2045, t1683, t2150);
-    t2152 = t2125 + t2151;
-    t2153 = t2127 - t2152;
-    t2154 = t2129 + t2153;
-    t2155 = t2148 - t2154;
+    t2097 = t1319 * t444;
+    t2098 = R::fused(-t1320, t1030, t2097);
+    t2099 = R::fused(t1324, t1031, t2098);
+    t2100 = R::fused(-t1469, t1038, t2099);
+    t2101 = R::fused(t1476, t1052, t2100);
+    t2102 = R::fused(-t1461, t1053, t2101);
+    t2103 = t1279 - t2102;
+    t2104 = t1190 * t1458;
+    t2105 = R::fused(cos_q_right_hip_yaw, t2085, t2104);
+    t2106 = R::fused(sin_q_right_hip_yaw, t2084, t2105);
+    t2107 = t2103 - t2106;
     // solved by the factors
-    t2156 = R::fused(-t1716, t1112, t2155);
-    t2157 = R::fused(t1725, t1142, t2156);
-    t2158 = R::fused(t1735, t1173, t2157);
-    t2159 = R::fused(t1746, t1205, t2158);
-    t2160 = R::fused(t1758, t1243, t2159);
-    t2161 = R::fused(t1770, t1255, t2160);
-    t2162 = R::fused(-t1782, t1256, t2161);
-    t2163 = R::fused(-t1797, t2113, t2162);
-    t2164 = R::fused(-t1813, t2139, t2163);
-    t2165 = R::fused(t1834, t2164, t2140);
+    t2108 = R::fused(t1506, t1165, t2107);
+    t2109 = R::fused(t1521, t1223, t2108);
+    t2110 = R::fused(t1528, t1243, t2109);
+    t2111 = R::fused(t1540, t1268, t2110);
+    t2112 = R::fused(t1555, t1300, t2111);
+    t2113 = R::fused(t1562, t1302, t2112);
+    t2114 = R::fused(t1570, t1303, t2113);
+    t2115 = R::fused(-t1611, t2114, t2096);
+    t2116 = t1573 * t2114; // other
+    t2117 = t2011 * t1763; // factors of the mass matrix
+    t2118 = R::fused(t1762, t2117, t2058); // factors of the mass matrix
+    t2119 = R::fused(t2011, t2117, t2059); // factors of the mass matrix
     // other
-    t2166 = tau_right_ankle_pitch + t838;
-    t2167 = t1840 * t346;
-    t2168 = R::fused(t1846, t950, t2167);
-    t2169 = R::fused(t1852, t1093, t2168);
-    t2170 = R::fused(t1859, t965, t2169);
-    t2171 = R::fused(-t1866, t981, t2170);
-    t2172 = R::fused(-t1874, t985, t2171);
-    t2173 = t2166 - t2172;
-    t2174 = t1075 * t1837;
-    t2175 = R::fused(-t2034, t1843, t2174);
-    t2176 = R::fused(t2045, t1849, t2175);
-    t2177 = t2125 + t2176;
-    t2178 = t2127 - t2177;
-    t2179 = t2129 + t2178;
-    t2180 = t2173 - t2179;
+    t2120 = t1534 * t444;
+    t2121 = R::fused(t1545, t1030, t2120);
+    t2122 = R::fused(-t1548, t1031, t2121);
+    t2123 = R::fused(t1554, t1038, t2122);
+    t2124 = R::fused(-t1579, t1052, t2123);
+    t2125 = R::fused(t1586, t1053, t2124);
+    t2126 = t1040 + t2125;
+    t2127 = t1207 * t1565;
+    t2128 = R::fused(t1190, t1543, t2127);
+    t2129 = t2085 * t134;
+    t2130 = t2128 + t2129;
+    t2131 = t2084 * t136;
+    t2132 = t2130 - t2131;
+    t2133 = sin_q_right_hip_roll * t1208;
+    t2134 = t2132 - t2133;
+    t2135 = t2126 + t2134;
     // solved by the factors
-    t2181 = R::fused(-t1882, t1112, t2180);
-    t2182 = R::fused(t1891, t1142, t2181);
-    t2183 = R::fused(t1901, t1173, t2182);
-    t2184 = R::fused(t1912, t1205, t2183);
-    t2185 = R::fused(t1924, t1243, t2184);
-    t2186 = R::fused(t1936, t1255, t2185);
-    t2187 = R::fused(-t1948, t1256, t2186);
-    t2188 = R::fused(-t1963, t2113, t2187);
-    t2189 = R::fused(-t1979, t2139, t2188);
-    t2190 = R::fused(t1996, t2164, t2189);
-    t2191 = R::fused(t2015, t2190, t2165);
-    t2192 = t2017 * t2191; // other
-    t2193 = R::fused(-t1325, t2192, t1257);
-    t2194 = t2014 * t2190; // other
-    t2195 = R::fused(-t2015, t2192, t2194);
+    t2136 = R::fused(-t1628, t1165, t2135);
+    t2137 = R::fused(-t1644, t1223, t2136);
+    t2138 = R::fused(-t1668, t1243, t2137);
+    t2139 = R::fused(t1683, t1268, t2138);
+    t2140 = R::fused(-t1703, t1300, t2139);
+    t2141 = R::fused(-t1718, t1302, t2140);
+    t2142 = R::fused(t1733, t1303, t2141);
+    t2143 = R::fused(t1760, t2114, t2142);
+    t2144 = R::fused(t1804, t2143, t2115);
+    t2145 = t1763 * t2143; // other
+    // factors of the mass matrix
+    t2146 = t2029 * t1965;
+    t2147 = R::fused(t1964, t2146, t2118);
+    t2148 = R::fused(-t2029, t2146, t2119);
+    t2149 = R::constant(1.0) / t2148;
+    // other
+    t2150 = t1716 * t444;
+    t2151 = R::fused(t1725, t1030, t2150);
+    t2152 = R::fused(t1731, t1031, t2151);
+    t2153 = R::fused(-t1744, t1038, t2152);
+    t2154 = R::fused(t1751, t1052, t2153);
+    t2155 = R::fused(-t1758, t1053, t2154);
+    t2156 = t1015 - t2155;
+    t2157 = t1207 * t1698;
+    t2158 = R::fused(-t2067, t1700, t2157);
+    t2159 = R::fused(t1190, t1702, t2158);
+    t2160 = t2129 + t2159;
+    t2161 = t2131 - t2160;
+    t2162 = t2133 + t2161;
+    t2163 = t2156 - t2162;
+    // solved by the factors
+    t2164 = R::fused(-t1818, t1165, t2163);
+    t2165 = R::fused(t1841, t1223, t2164);
+    t2166 = R::fused(t1843, t1243, t2165);
+    t2167 = R::fused(t1859, t1268, t2166);
+    t2168 = R::fused(t1874, t1300, t2167);
+    t2169 = R::fused(t1894, t1302, t2168);
+    t2170 = R::fused(-t1904, t1303, t2169);
+    t2171 = R::fused(-t1913, t2114, t2170);
+    t2172 = R::fused(-t1962, t2143, t2171);
+    t2173 = R::fused(t1990, t2172, t2144);
+    t2174 = t1965 * t2172; // other
+    t2175 = t2147 * t2149; // factors of the mass matrix
+    t2176 = R::fused(t2147, t2175, t1991); // factors of the mass matrix
+    t2177 = R::constant(1.0) / t2176; // factors of the mass matrix
+    // other
+    t2178 = t1717 * t444;
+    t2179 = R::fused(t1726, t1030, t2178);
+    t2180 = R::fused(t1732, t1031, t2179);
+    t2181 = R::fused(t1885, t1038, t2180);
+    t2182 = R::fused(-t1892, t1052, t2181);
+    t2183 = R::fused(-t1902, t1053, t2182);
+    t2184 = t999 - t2183;
+    t2185 = t1207 * t1707;
+    t2186 = R::fused(-t2067, t1709, t2185);
+    t2187 = R::fused(t1190, t1711, t2186);
+    t2188 = t2129 + t2187;
+    t2189 = t2131 - t2188;
+    t2190 = t2133 + t2189;
+    t2191 = t2184 - t2190;
+    // solved by the factors
+    t2192 = R::fused(-t1966, t1165, t2191);
+    t2193 = R::fused(t1992, t1223, t2192);
+    t2194 = R::fused(t1995, t1243, t2193);
+    t2195 = R::fused(t2012, t1268, t2194);
     let (
         t2196, t2197, t2198, t2199, t2200, t2201, t2202, t2203, t2204, t2205, t2206, t2207, t2208, t2209, t2210, t2211,
         t2212, t2213, t2214, t2215, t2216, t2217, t2218, t2219, t2220, t2221, t2222, t2223, t2224, t2225, t2226, t2227,
@@ -2226,273 +2252,273 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
         t2420, t2421, t2422, t2423, t2424, t2425, t2426, t2427, t2428, t2429, t2430, t2431, t2432, t2433, t2434, t2435,
         t2436, t2437, t2438, t2439, t2440, t2441, t2442, t2443, t2444, t2445, t2446, t2447, t2448, t2449, t2450, t2451,
     );
-    t2196 = R::fused(t1948, t2195, t2193);
-    t2197 = t1833 * t2164; // other
-    t2198 = R::fused(-t1834, t2192, t2197);
-    t2199 = R::fused(t1996, t2195, t2198);
-    t2200 = R::fused(t1782, t2199, t2196);
-    t2201 = t1667 * t2139; // other
-    t2202 = R::fused(t1668, t2192, t2201);
-    t2203 = R::fused(t1979, t2195, t2202);
-    t2204 = R::fused(-t1813, t2199, -t2203);
-    t2205 = R::fused(-t1632, t2204, t2200);
-    t2206 = t1499 * t2113; // other
-    t2207 = R::fused(-t1500, t2192, t2206);
-    t2208 = R::fused(t1963, t2195, t2207);
-    t2209 = R::fused(t1797, t2199, t2208);
-    t2210 = R::fused(t1649, t2204, -t2209);
-    t2211 = R::fused(t1487, t2210, -t2205);
+    t2196 = R::fused(t2030, t1300, t2195);
+    t2197 = R::fused(t2044, t1302, t2196);
+    t2198 = R::fused(-t1988, t1303, t2197);
+    t2199 = R::fused(-t2057, t2114, t2198);
+    t2200 = R::fused(-t2117, t2143, t2199);
+    t2201 = R::fused(t2146, t2172, t2200);
+    t2202 = R::constant(481.7535830422739) * t1165; // other
+    t2203 = R::fused(t2175, t2201, t2173);
+    t2204 = t2149 * t2201; // other
+    t2205 = t2177 * t2203; // other
+    t2206 = R::fused(-t1479, t2205, t1397);
+    t2207 = R::fused(-t2175, t2205, t2204);
+    t2208 = R::fused(-t1990, t2205, t2174);
+    t2209 = R::fused(t1804, t2205, t2145);
+    t2210 = R::fused(-t1611, t2205, t2116);
+    t2211 = R::fused(t1471, t2205, t2049);
+    t2212 = R::fused(-t1462, t2205, t2032);
+    t2213 = R::fused(t1453, t2205, t2014);
+    t2214 = R::fused(-t1451, t2205, t1997);
+    t2215 = R::fused(-t1449, t2205, t1994);
+    t2216 = R::fused(-t1447, t2205, t2202);
+    t2217 = R::fused(t1988, t2207, t2206);
+    t2218 = R::fused(t2146, t2207, t2208);
+    t2219 = R::fused(t2117, t2207, t2209);
+    t2220 = R::fused(t2057, t2207, t2210);
+    t2221 = R::fused(t2044, t2207, t2211);
+    t2222 = R::fused(t2030, t2207, t2212);
+    t2223 = R::fused(t2012, t2207, t2213);
+    t2224 = R::fused(t1995, t2207, t2214);
+    t2225 = R::fused(t1992, t2207, t2215);
+    t2226 = R::fused(-t1966, t2207, t2216);
+    t2227 = R::fused(t1904, t2218, t2217);
+    t2228 = R::fused(-t1962, t2218, -t2219);
+    t2229 = R::fused(t1913, t2218, t2220);
+    t2230 = R::fused(t1894, t2218, t2221);
+    t2231 = R::fused(t1874, t2218, t2222);
+    t2232 = R::fused(t1859, t2218, t2223);
+    t2233 = R::fused(t1843, t2218, t2224);
+    t2234 = R::fused(t1841, t2218, t2225);
+    t2235 = R::fused(-t1818, t2218, t2226);
+    t2236 = R::fused(-t1733, t2228, t2227);
+    t2237 = R::fused(t1760, t2228, -t2229);
+    t2238 = R::fused(-t1718, t2228, t2230);
+    t2239 = R::fused(-t1703, t2228, t2231);
+    t2240 = R::fused(t1683, t2228, t2232);
+    t2241 = R::fused(-t1668, t2228, t2233);
+    t2242 = R::fused(-t1644, t2228, t2234);
+    t2243 = R::fused(-t1628, t2228, t2235);
+    t2244 = R::fused(t1570, t2237, -t2236);
+    t2245 = R::fused(t1562, t2237, t2238);
+    t2246 = R::fused(t1555, t2237, t2239);
+    t2247 = R::fused(t1540, t2237, t2240);
+    t2248 = R::fused(t1528, t2237, t2241);
+    t2249 = R::fused(t1521, t2237, t2242);
+    t2250 = R::fused(t1506, t2237, t2243);
+    t2251 = R::fused(-t962, t2244, t2245);
+    t2252 = R::fused(-t914, t2244, t2246);
+    t2253 = R::fused(t857, t2244, t2247);
+    t2254 = R::fused(-t814, t2244, t2248);
+    t2255 = R::fused(-t790, t2244, t2249);
+    t2256 = R::fused(-t781, t2244, t2250);
+    t2257 = R::fused(-t928, t2251, t2252);
+    t2258 = R::fused(-t916, t2251, t2253);
+    t2259 = R::fused(-t866, t2251, t2254);
+    t2260 = R::fused(-t863, t2251, t2255);
+    t2261 = R::fused(t838, t2251, t2256);
+    t2262 = R::fused(-t859, t2257, t2258);
+    t2263 = R::fused(-t848, t2257, t2259);
+    t2264 = R::fused(t836, t2257, t2260);
+    t2265 = R::fused(-t826, t2257, t2261);
+    t2266 = R::fused(-t816, t2262, t2263);
+    t2267 = R::fused(-t793, t2262, t2264);
+    t2268 = R::fused(t782, t2262, t2265);
+    t2269 = R::fused(-t754, t2266, t2267);
+    t2270 = R::fused(t750, t2266, t2268);
+    t2271 = R::fused(t6, t2269, t2270);
     // other
-    t2212 = R::constant(0.075) * t2211;
-    t2213 = R::fused(-t1528, t2204, -t2212);
-    t2214 = R::fused(-t1671, t2199, t2213);
-    t2215 = R::fused(-t1837, t2195, t2214);
-    t2216 = R::fused(-t1262, t2192, t2215);
-    t2217 = t346 - t2216;
-    t2218 = t1677 * t2199;
-    t2219 = R::fused(t1843, t2195, t2218);
-    t2220 = R::fused(-t1259, t2192, t2219);
-    t2221 = t950 - t2220;
-    t2222 = t1420 * t2210;
-    t2223 = R::fused(t1520, t2204, -t2222);
-    t2224 = R::fused(t1683, t2199, t2223);
-    t2225 = R::fused(t1849, t2195, t2224);
-    t2226 = R::fused(-t1271, t2192, t2225);
-    t2227 = t1093 + t2226;
-    t2228 = cos_q_right_hip_yaw * t2210;
-    t2229 = R::fused(t224, t2204, -t2228);
-    t2230 = R::fused(t224, t2199, t2229);
-    t2231 = R::fused(t224, t2195, t2230);
-    t2232 = R::fused(-t16, t2192, t2231);
-    t2233 = t2232 - t965;
-    t2234 = sin_q_right_hip_yaw * t2210;
-    t2235 = R::fused(-t239, t2204, -t2234);
-    t2236 = R::fused(-t239, t2199, t2235);
-    t2237 = R::fused(-t239, t2195, t2236);
-    t2238 = R::fused(t323, t2192, t2237);
-    t2239 = t981 + t2238;
-    t2240 = R::fused(-sin_q_right_hip_roll, t2204, -t2211);
-    t2241 = R::fused(-sin_q_right_hip_roll, t2199, t2240);
-    t2242 = R::fused(-sin_q_right_hip_roll, t2195, t2241);
-    t2243 = R::fused(-t326, t2192, t2242);
-    t2244 = t2243 - t985;
-    t2245 = -t2192;
-    t2246 = t795 * t1255;
-    // solved by the factors
-    t2247 = R::fused(t1408, t2192, t2246);
-    t2248 = R::fused(t1936, t2195, t2247);
-    t2249 = R::fused(t1770, t2199, t2248);
-    t2250 = R::fused(-t1619, t2204, t2249);
-    t2251 = R::fused(t1478, t2210, t2250);
-    t2252 = R::fused(-t796, t2211, t2251);
-    t2253 = t764 * t1243; // other
-    t2254 = R::fused(-t1406, t2192, t2253);
-    t2255 = R::fused(t1924, t2195, t2254);
-    t2256 = R::fused(t1758, t2199, t2255);
-    t2257 = R::fused(-t1606, t2204, t2256);
-    t2258 = R::fused(t1469, t2210, t2257);
-    t2259 = R::fused(-t765, t2211, t2258);
-    t2260 = R::fused(-t788, t2252, t2259);
-    t2261 = t706 * t1205; // other
-    t2262 = R::fused(t1404, t2192, t2261);
-    t2263 = R::fused(t1912, t2195, t2262);
-    t2264 = R::fused(t1746, t2199, t2263);
-    t2265 = R::fused(t1592, t2204, t2264);
-    t2266 = R::fused(t1460, t2210, t2265);
-    t2267 = R::fused(t707, t2211, t2266);
-    t2268 = R::fused(-t782, t2252, t2267);
-    t2269 = R::fused(-t754, t2260, t2268);
-    t2270 = t678 * t1173; // other
-    t2271 = R::fused(-t1402, t2192, t2270);
-    t2272 = R::fused(t1901, t2195, t2271);
-    t2273 = R::fused(t1735, t2199, t2272);
-    t2274 = R::fused(-t1579, t2204, t2273);
-    t2275 = R::fused(t1452, t2210, t2274);
-    t2276 = R::fused(-t679, t2211, t2275);
-    t2277 = R::fused(-t777, t2252, t2276);
-    t2278 = R::fused(-t749, t2260, t2277);
-    t2279 = R::fused(-t701, t2269, t2278);
-    t2280 = t647 * t1142; // other
-    t2281 = R::fused(-t1400, t2192, t2280);
-    t2282 = R::fused(t1891, t2195, t2281);
-    t2283 = R::fused(t1725, t2199, t2282);
-    t2284 = R::fused(-t1567, t2204, t2283);
-    t2285 = R::fused(t1445, t2210, t2284);
-    t2286 = R::fused(-t648, t2211, t2285);
-    t2287 = R::fused(-t773, t2252, t2286);
-    t2288 = R::fused(t743, t2260, t2287);
-    t2289 = R::fused(-t697, t2269, t2288);
-    t2290 = R::fused(-t674, t2279, t2289);
-    t2291 = R::constant(481.7535830422739) * t1112; // other
-    t2292 = R::fused(-t1398, t2192, t2291);
-    t2293 = R::fused(-t1882, t2195, t2292);
-    t2294 = R::fused(-t1716, t2199, t2293);
-    t2295 = R::fused(-t1556, t2204, t2294);
-    t2296 = R::fused(t1439, t2210, t2295);
-    t2297 = R::fused(-t605, t2211, t2296);
-    t2298 = R::fused(t770, t2252, t2297);
-    t2299 = R::fused(-t736, t2260, t2298);
-    t2300 = R::fused(t694, t2269, t2299);
-    t2301 = R::fused(t671, t2279, t2300);
-    t2302 = R::fused(t644, t2290, t2301);
-    t2303 = q_base_qz * t0; // torso: motion
-    t2304 = t48 + t2303; // torso: motion
-    t2305 = R::constant(1.0) - t2304; // torso: motion
+    t2272 = t1700 * t2218;
+    t2273 = R::fused(t1709, t2207, t2272);
+    t2274 = R::fused(-t1305, t2205, t2273);
+    t2275 = t1458 * t2237;
+    t2276 = R::fused(t1543, t2228, -t2275);
+    t2277 = R::fused(t1702, t2218, t2276);
+    t2278 = R::fused(t1711, t2207, t2277);
+    t2279 = R::fused(-t1310, t2205, t2278);
+    t2280 = t1324 * t2237;
+    t2281 = R::fused(-t1548, t2228, -t2280);
+    t2282 = R::fused(-t1731, t2218, t2281);
+    t2283 = R::fused(-t1732, t2207, t2282);
+    t2284 = R::fused(t1396, t2205, t2283);
+    t2285 = R::fused(-t567_568.second(), t2257, t2284);
+    t2286 = R::fused(-t1020_1021.second(), t2262, t2285);
+    t2287 = R::fused(-t740_741.second(), t2266, t2286);
+    t2288 = R::fused(-t700_701.second(), t2269, t2287);
+    t2289 = R::fused(-t630_631.second(), t2271, t2288);
+    t2290 = t1030 - t2274;
+    t2291 = t633 * t2244;
+    t2292 = R::fused(-t1319, t2237, -t2291);
+    t2293 = R::fused(t1534, t2228, t2292);
+    t2294 = R::fused(-t1716, t2218, t2293);
+    t2295 = R::fused(-t1717, t2207, t2294);
+    t2296 = R::fused(t1388, t2205, t2295);
+    t2297 = R::fused(-t579_580.second(), t2251, t2296);
+    t2298 = R::fused(-t820_821.second(), t2257, t2297);
+    t2299 = R::fused(t769_770.second(), t2262, t2298);
+    t2300 = R::fused(-t742_743.second(), t2266, t2299);
+    t2301 = R::fused(-t702_703.second(), t2269, t2300);
+    t2302 = R::fused(-t652_653.second(), t2271, t2301);
+    t2303 = t1097 * t2244;
+    t2304 = R::fused(-t1476, t2237, -t2303);
+    t2305 = R::fused(-t1579, t2228, t2304);
+    t2306 = R::fused(-t1751, t2218, t2305);
+    t2307 = R::fused(t1892, t2207, t2306);
+    t2308 = R::fused(t1444, t2205, t2307);
+    t2309 = R::fused(-t1043_1044.second(), t2251, t2308);
+    t2310 = R::fused(-t1289_1290.second(), t2257, t2309);
+    t2311 = R::fused(-t1257_1258.second(), t2262, t2310);
+    t2312 = R::fused(-t1234_1235.second(), t2266, t2311);
+    t2313 = R::fused(t1215_1216.second(), t2269, t2312);
+    t2314 = R::fused(-t1158_1159.second(), t2271, t2313);
+    t2315 = t766 * t2244;
+    t2316 = R::fused(-t1461, t2237, -t2315);
+    t2317 = R::fused(-t1586, t2228, t2316);
+    t2318 = R::fused(-t1758, t2218, t2317);
+    t2319 = R::fused(-t1902, t2207, t2318);
+    t2320 = R::fused(-t1439, t2205, t2319);
+    t2321 = R::fused(-t853, t2251, t2320);
+    t2322 = R::fused(-t844, t2257, t2321);
+    t2323 = R::fused(-t810, t2262, t2322);
+    t2324 = R::fused(-t773, t2266, t2323);
+    t2325 = R::fused(-t752, t2269, t2324);
+    t2326 = R::fused(t757, t2271, t2325);
+    t2327 = t1031 + t2279;
+    // torso: motion
+    t2328 = q_base_qz * t43;
+    t2329 = q_base_qw * t43;
+    t2330 = t82 + t2328;
+    t2331 = t80 + t2328;
+    t2332 = R::constant(1.0) - t2330;
+    t2333 = R::constant(1.0) - t2331;
     // other
-    t2306 = t540 * t2211;
-    t2307 = R::fused(-t1411, t2210, -t2306);
-    t2308 = R::fused(t1506, t2204, t2307);
-    t2309 = R::fused(-t1674, t2199, t2308);
-    t2310 = R::fused(-t1840, t2195, t2309);
-    t2311 = R::fused(t1329, t2192, t2310);
-    t2312 = R::fused(-t527_528.second(), t2252, t2311);
-    t2313 = R::fused(-t713_714.second(), t2260, t2312);
-    t2314 = R::fused(t685_686.second(), t2269, t2313);
-    t2315 = R::fused(-t658_659.second(), t2279, t2314);
-    t2316 = R::fused(-t623_624.second(), t2290, t2315);
-    t2317 = R::fused(-t568_569.second(), t2302, t2316);
-    t2318 = R::constant(19.0) * t346;
-    t2319 = R::fused(t976, t981, t2318);
-    t2320 = R::fused(-t536, t985, t2319);
-    t2321 = t1075 - t2320;
-    t2322 = t2317 + t2321;
-    t2323 = t2305 * t2322;
-    t2324 = q_base_qx * t2; // torso: motion
-    t2325 = q_base_qw * t0; // torso: motion
-    t2326 = t2324 - t2325; // torso: motion
-    t2327 = t945_946.second() * t2211;
-    t2328 = R::fused(t1413, t2210, -t2327);
-    t2329 = R::fused(t1511, t2204, t2328);
-    t2330 = R::fused(-t1680, t2199, t2329);
-    t2331 = R::fused(-t1846, t2195, t2330);
-    t2332 = R::fused(t1335, t2192, t2331);
-    t2333 = R::fused(t945_946.second(), t2252, t2332);
-    t2334 = R::fused(t1218_1219.second(), t2260, t2333);
-    t2335 = R::fused(t1179_1180.second(), t2269, t2334);
-    t2336 = R::fused(-t1148_1149.second(), t2279, t2335);
-    t2337 = R::fused(-t1118_1119.second(), t2290, t2336);
-    t2338 = R::fused(-t1083_1084.second(), t2302, t2337);
-    t2339 = R::constant(19.0) * t950;
-    t2340 = R::fused(t976, t965, t2339);
-    t2341 = R::fused(t1333, t985, t2340);
-    t2342 = t2034 - t2341;
-    t2343 = t2338 + t2342;
-    t2344 = R::fused(t2326, t2343, t2323);
-    t2345 = t1 + t3; // torso: motion
-    t2346 = t1418 * t2210;
-    t2347 = R::fused(-t1517, t2204, -t2346);
-    t2348 = R::fused(-t1686, t2199, t2347);
-    t2349 = R::fused(-t1852, t2195, t2348);
-    t2350 = R::fused(t1340, t2192, t2349);
-    t2351 = R::fused(-t525_526.second(), t2260, t2350);
-    t2352 = R::fused(-t1182_1183.second(), t2269, t2351);
-    t2353 = R::fused(-t1151_1152.second(), t2279, t2352);
-    t2354 = R::fused(-t1121_1122.second(), t2290, t2353);
-    t2355 = R::fused(-t1088_1089.second(), t2302, t2354);
-    t2356 = R::constant(19.0) * t1093;
-    t2357 = R::fused(t536, t965, t2356);
-    t2358 = R::fused(t1333, t981, t2357);
-    t2359 = t2045 - t2358;
-    t2360 = t2355 + t2359;
-    t2361 = R::fused(-t2345, t2360, -t2344);
-    t2362 = t2324 + t2325; // torso: motion
-    t2363 = t2362 * t2322;
-    t2364 = t47 + t2303; // torso: motion
-    t2365 = R::constant(1.0) - t2364; // torso: motion
-    t2366 = R::fused(t2365, t2343, t2363);
-    t2367 = t31 - t33; // torso: motion
-    t2368 = R::fused(-t2367, t2360, -t2366);
-    t2369 = t4 * t2322;
-    t2370 = R::fused(t34, t2343, t2369);
-    t2371 = R::fused(-t50, t2360, -t2370);
-    t2372 = t961_962.second() * t2211;
-    t2373 = R::fused(t1424, t2210, -t2372);
-    t2374 = R::fused(t1526, t2204, t2373);
-    t2375 = R::fused(t1693, t2199, t2374);
-    t2376 = R::fused(-t1859, t2195, t2375);
-    t2377 = R::fused(-t1377, t2192, t2376);
-    t2378 = R::fused(t961_962.second(), t2252, t2377);
-    t2379 = R::fused(t1230_1231.second(), t2260, t2378);
-    t2380 = R::fused(t1193_1194.second(), t2269, t2379);
-    t2381 = R::fused(t1162_1163.second(), t2279, t2380);
-    t2382 = R::fused(-t1132_1133.second(), t2290, t2381);
-    t2383 = R::fused(t1103_1104.second(), t2302, t2382);
-    t2384 = t976 * t950;
-    t2385 = R::fused(t536, t1093, t2384);
-    t2386 = R::fused(t1363, t965, t2385);
-    t2387 = R::fused(-t1373, t981, t2386);
-    t2388 = R::fused(t1375, t985, t2387);
-    t2389 = t2074 + t2388;
-    t2390 = t2383 - t2389;
-    t2391 = R::constant(0.03) * t323;
-    t2392 = R::fused(R::constant(0.08), t245, t2391);
-    t2393 = t238 - t2392;
-    t2394 = t2360 * t2393;
-    t2395 = R::constant(0.03) * t326;
-    t2396 = R::fused(R::constant(-0.08), t258, t2395);
-    t2397 = t252 + t2396;
-    t2398 = R::fused(-t2343, t2397, t2394);
-    t2399 = t2390 - t2398;
-    t2400 = t2305 * t2399;
-    t2401 = t978 * t2211;
-    t2402 = R::fused(-t1429, t2210, -t2401);
-    t2403 = R::fused(-t1537, t2204, t2402);
-    t2404 = R::fused(-t1700, t2199, t2403);
-    t2405 = R::fused(t1866, t2195, t2404);
-    t2406 = R::fused(t1388, t2192, t2405);
-    t2407 = R::fused(-t970_971.second(), t2252, t2406);
-    t2408 = R::fused(-t1235_1236.second(), t2260, t2407);
-    t2409 = R::fused(-t1198_1199.second(), t2269, t2408);
-    t2410 = R::fused(-t1167_1168.second(), t2279, t2409);
-    t2411 = R::fused(t1137_1138.second(), t2290, t2410);
-    t2412 = R::fused(-t1108_1109.second(), t2302, t2411);
-    t2413 = t976 * t346;
-    t2414 = R::fused(t1333, t1093, t2413);
-    t2415 = R::fused(-t1373, t965, t2414);
-    t2416 = R::fused(t1385, t981, t2415);
-    t2417 = R::fused(-t974, t985, t2416);
-    t2418 = t2084 - t2417;
-    t2419 = t2412 + t2418;
-    t2420 = t2322 * t2397;
-    t2421 = R::constant(0.03) * t16;
-    t2422 = R::fused(R::constant(0.08), t228, t2421);
-    t2423 = t223 + t2422;
-    t2424 = R::fused(-t2360, t2423, t2420);
-    t2425 = t2419 + t2424;
-    t2426 = R::fused(-t2326, t2425, t2400);
-    t2427 = t538 * t2211;
-    t2428 = R::fused(-t1434, t2210, -t2427);
-    t2429 = R::fused(-t1546, t2204, t2428);
-    t2430 = R::fused(-t1708, t2199, t2429);
-    t2431 = R::fused(-t1874, t2195, t2430);
-    t2432 = R::fused(-t1396, t2192, t2431);
-    t2433 = R::fused(-t768, t2252, t2432);
-    t2434 = R::fused(-t730, t2260, t2433);
-    t2435 = R::fused(-t692, t2269, t2434);
-    t2436 = R::fused(-t669, t2279, t2435);
-    t2437 = R::fused(-t642, t2290, t2436);
-    t2438 = R::fused(t603, t2302, t2437);
-    t2439 = t536 * t346;
-    t2440 = R::fused(-t1333, t950, t2439);
-    t2441 = R::fused(-t1375, t965, t2440);
-    t2442 = R::fused(t974, t981, t2441);
-    t2443 = R::fused(-t535, t985, t2442);
-    t2444 = t1069 - t2443;
-    t2445 = t2438 + t2444;
-    t2446 = t2343 * t2423;
-    t2447 = R::fused(-t2322, t2393, t2446);
-    t2448 = t2445 + t2447;
-    t2449 = R::fused(-t2345, t2448, t2426);
-    t2450 = t2362 * t2399;
-    t2451 = R::fused(-t2365, t2425, t2450);
+    t2334 = R::constant(19.0) * t444;
+    t2335 = R::fused(t1047, t1052, t2334);
+    t2336 = R::fused(-t617, t1053, t2335);
+    t2337 = t1207 - t2336;
+    t2338 = t2302 + t2337;
+    t2339 = -t2205;
+    t2340 = t83 - t2329; // torso: motion
+    t2341 = t83 + t2329; // torso: motion
+    t2342 = R::constant(19.0) * t1030;
+    t2343 = R::fused(t1047, t1038, t2342);
+    t2344 = R::fused(t1311, t1053, t2343);
+    t2345 = t2067 - t2344;
+    t2346 = R::constant(19.0) * t1031;
+    t2347 = R::fused(t617, t1038, t2346);
+    t2348 = R::fused(t1311, t1052, t2347);
+    t2349 = t1190 - t2348;
+    t2350 = t2289 + t2349;
+    t2351 = t1047 * t1030;
+    t2352 = t1047 * t444;
+    t2353 = R::fused(t617, t1031, t2351);
+    t2354 = R::fused(t1311, t1031, t2352);
+    t2355 = R::fused(t1422, t1038, t2353);
+    t2356 = t617 * t444;
+    t2357 = R::fused(-t1311, t1030, t2356);
+    t2358 = R::fused(-t1420, t1038, t2354);
+    t2359 = R::fused(-t1420, t1052, t2355);
+    t2360 = R::fused(t1441, t1052, t2358);
+    t2361 = R::fused(-t1318, t1038, t2357);
+    t2362 = R::fused(t1318, t1053, t2359);
+    t2363 = t2085 + t2362;
+    t2364 = R::fused(t1071, t1052, t2361);
+    t2365 = R::fused(-t1071, t1053, t2360);
+    t2366 = R::fused(-t736, t1053, t2364);
+    t2367 = t2084 - t2365;
+    t2368 = t1208 - t2366;
+    t2369 = t2314 + t2367;
+    t2370 = t2326 + t2368;
+    t2371 = cos_q_right_hip_yaw * t2237;
+    t2372 = R::fused(t134, t2228, -t2371);
+    t2373 = R::fused(t134, t2218, t2372);
+    t2374 = R::fused(t134, t2207, t2373);
+    t2375 = R::fused(-t89, t2205, t2374);
+    t2376 = t2375 - t1038;
+    t2377 = R::constant(0.03) * t89;
+    t2378 = R::fused(R::constant(0.08), t157, t2377);
+    t2379 = t100 + t2378;
+    t2380 = R::constant(0.075) * t2244;
+    t2381 = R::fused(-t1565, t2228, -t2380);
+    t2382 = R::fused(-t1698, t2218, t2381);
+    t2383 = R::fused(-t1707, t2207, t2382);
+    t2384 = R::fused(-t1307, t2205, t2383);
+    t2385 = t444 - t2384;
+    t2386 = sin_q_right_hip_yaw * t2237;
+    t2387 = R::fused(-t136, t2228, -t2386);
+    t2388 = R::fused(-t136, t2218, t2387);
+    t2389 = R::fused(-t136, t2207, t2388);
+    t2390 = R::fused(t329, t2205, t2389);
+    t2391 = t1052 + t2390;
+    t2392 = R::constant(0.03) * t329;
+    t2393 = R::fused(R::constant(0.08), t330, t2392);
+    t2394 = t325 - t2393;
+    t2395 = R::fused(-sin_q_right_hip_roll, t2228, -t2244);
+    t2396 = R::fused(-sin_q_right_hip_roll, t2218, t2395);
+    t2397 = R::fused(-sin_q_right_hip_roll, t2207, t2396);
+    t2398 = R::fused(-t343, t2205, t2397);
+    t2399 = t2398 - t1053;
+    t2400 = R::constant(0.03) * t343;
+    t2401 = R::fused(R::constant(-0.08), t344, t2400);
+    t2402 = t339 + t2401;
+    t2403 = t1022_1023.second() * t2244;
+    t2404 = R::fused(t1320, t2237, -t2403);
+    t2405 = R::fused(t1545, t2228, t2404);
+    t2406 = R::fused(-t1725, t2218, t2405);
+    t2407 = R::fused(-t1726, t2207, t2406);
+    t2408 = R::fused(t1392, t2205, t2407);
+    t2409 = R::fused(t1022_1023.second(), t2251, t2408);
+    t2410 = R::fused(t1069_1070.second(), t2257, t2409);
+    t2411 = R::fused(t771_772.second(), t2262, t2410);
+    t2412 = R::fused(-t744_745.second(), t2266, t2411);
+    t2413 = R::fused(-t704_705.second(), t2269, t2412);
+    t2414 = R::fused(-t654_655.second(), t2271, t2413);
+    t2415 = t2414 + t2345;
+    t2416 = t1034_1035.second() * t2244;
+    t2417 = R::fused(t1469, t2237, -t2416);
+    t2418 = R::fused(t1554, t2228, t2417);
+    t2419 = R::fused(t1744, t2218, t2418);
+    t2420 = R::fused(-t1885, t2207, t2419);
+    t2421 = R::fused(-t1426, t2205, t2420);
+    t2422 = R::fused(t1034_1035.second(), t2251, t2421);
+    t2423 = R::fused(t1291_1292.second(), t2257, t2422);
+    t2424 = R::fused(t1252_1253.second(), t2262, t2423);
+    t2425 = R::fused(t1236_1237.second(), t2266, t2424);
+    t2426 = R::fused(-t1217_1218.second(), t2269, t2425);
+    t2427 = R::fused(t1160_1161.second(), t2271, t2426);
+    t2428 = t2427 - t2363;
+    t2429 = t2350 * t2394;
+    t2430 = R::fused(-t2415, t2402, t2429);
+    t2431 = t2428 - t2430;
+    t2432 = t2338 * t2402;
+    t2433 = R::fused(-t2350, t2379, t2432);
+    t2434 = t2369 + t2433;
+    t2435 = t2415 * t2379;
+    t2436 = R::fused(-t2338, t2394, t2435);
+    t2437 = t2370 + t2436;
+    t2438 = t2332 * t2338;
+    t2439 = R::fused(t2340, t2415, t2438);
+    t2440 = R::fused(-t64, t2350, -t2439);
+    t2441 = t2332 * t2431;
+    t2442 = R::fused(-t2340, t2434, t2441);
+    t2443 = R::fused(-t64, t2437, t2442);
+    t2444 = t2341 * t2338;
+    t2445 = t63 * t2338;
+    t2446 = R::fused(t2333, t2415, t2444);
+    t2447 = R::fused(t90, t2415, t2445);
+    t2448 = R::fused(-t91, t2350, -t2446);
+    t2449 = R::fused(-t93, t2350, -t2447);
+    t2450 = t2341 * t2431;
+    t2451 = t63 * t2431;
     let (t2452, t2453, t2454, t2455);
-    t2452 = R::fused(-t2367, t2448, t2451);
-    t2453 = t4 * t2399;
-    t2454 = R::fused(-t34, t2425, t2453);
-    t2455 = R::fused(-t50, t2448, t2454);
+    t2452 = R::fused(-t2333, t2434, t2450);
+    t2453 = R::fused(-t90, t2434, t2451);
+    t2454 = R::fused(-t91, t2437, t2452);
+    t2455 = R::fused(-t93, t2437, t2453);
     *out = [[
-        t2217, t2221, t2227, t2233, t2239, t2244, t2211, t2210, t2204, t2199, t2195, t2245, t2252, t2260, t2269, t2279,
-        t2290, t2302, t2361, t2368, t2371, t2449, t2452, t2455,
+        t2385, t2290, t2327, t2376, t2391, t2399, t2244, t2237, t2228, t2218, t2207, t2339, t2251, t2257, t2262, t2266,
+        t2269, t2271, t2440, t2448, t2449, t2443, t2454, t2455,
     ]];
 }
 }
@@ -2604,1800 +2630,1819 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
         q_left_ankle_roll,
     ]);
     let (
-        t0_1, t2_3, t4_5, t6_7, t8_9, t10_11, t12_13, t14_15, t16_17, t18_19, t20_21, t22_23, t24_25, t26_27, t28_29,
-        t30_31, t32_33, t34, t35, t36_37, t38_39, t40_41, t42_43, t44_45, t46_47, t48_49, t50_51, t52_53, t54_55,
-        t56_57, t58_59, t60_61, t62_63, t64_65, t66, t67, t68_69, t70_71, t72_73, t74_75, t76_77, t78, t79, t80, t81,
-        t82, t83, t84, t85, t86, t87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105,
-        t106_107, t108_109, t110_111, t112_113, t114_115, t116, t117, t118, t119_120, t121_122, t123_124, t125_126,
-        t127, t128, t129, t130, t131, t132, t133, t134, t135, t136, t137, t138_139, t140_141, t142_143, t144_145,
-        t146_147, t148_149, t150_151, t152_153, t154_155, t156_157, t158, t159, t160, t161_162, t163_164, t165, t166,
-        t167, t168_169, t170_171, t172_173, t174_175, t176, t177, t178, t179, t180, t181, t182, t183, t184, t185, t186,
-        t187, t188, t189, t190, t191, t192_193, t194_195, t196_197, t198_199, t200_201, t202_203, t204_205, t206_207,
-        t208_209, t210_211, t212_213, t214_215, t216_217, t218_219, t220_221, t222_223, t224_225, t226_227, t228_229,
-        t230_231, t232_233, t234_235, t236_237, t238_239, t240_241, t242_243, t244_245, t246_247, t248_249, t250_251,
-        t252, t253, t254, t255_256, t257_258, t259_260, t261_262, t263_264, t265_266, t267, t268, t269, t270_271,
-        t272_273, t274_275, t276, t277, t278, t279, t280_281, t282_283, t284_285, t286_287, t288_289, t290_291,
-        t292_293, t294_295, t296_297, t298_299, t300_301, t302_303, t304_305, t306_307, t308_309, t310_311, t312_313,
-        t314_315, t316_317, t318_319, t320_321, t322_323, t324_325, t326_327, t328_329, t330_331, t332_333, t334_335,
-        t336_337, t338_339, t340_341, t342_343, t344_345, t346_347, t348_349, t350_351, t352_353, t354_355, t356, t357,
-        t358, t359, t360, t361, t362, t363, t364, t365, t366, t367, t368, t369, t370, t371, t372, t373, t374, t375,
-        t376, t377, t378_379, t380_381, t382_383, t384_385, t386_387, t388_389, t390_391, t392_393, t394_395, t396_397,
-        t398_399, t400_401, t402_403, t404_405, t406, t407, t408, t409_410, t411_412, t413_414, t415_416, t417_418,
-        t419, t420, t421, t422_423,
+        t0_1, t2_3, t4_5, t6_7, t8_9, t10, t11_12, t13, t14_15, t16_17, t18_19, t20_21, t22_23, t24_25, t26_27, t28_29,
+        t30_31, t32_33, t34_35, t36_37, t38_39, t40_41, t42_43, t44_45, t46_47, t48_49, t50_51, t52_53, t54_55, t56_57,
+        t58_59, t60_61, t62_63, t64_65, t66_67, t68, t69, t70_71, t72_73, t74_75, t76_77, t78_79, t80, t81_82, t83,
+        t84_85, t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105, t106_107,
+        t108_109, t110_111, t112_113, t114_115, t116, t117, t118_119, t120_121, t122_123, t124_125, t126_127, t128_129,
+        t130_131, t132_133, t134_135, t136_137, t138_139, t140_141, t142_143, t144_145, t146, t147_148, t149_150, t151,
+        t152, t153, t154, t155, t156_157, t158_159, t160_161, t162_163, t164_165, t166, t167, t168, t169, t170_171,
+        t172_173, t174_175, t176_177, t178, t179_180, t181_182, t183_184, t185_186, t187, t188, t189, t190, t191_192,
+        t193, t194_195, t196_197, t198_199, t200_201, t202, t203, t204, t205, t206, t207_208, t209_210, t211_212,
+        t213_214, t215_216, t217_218, t219_220, t221, t222, t223, t224, t225_226, t227, t228_229, t230, t231, t232,
+        t233, t234, t235, t236, t237, t238, t239, t240, t241, t242_243, t244_245, t246_247, t248_249, t250_251,
+        t252_253, t254_255, t256_257, t258_259, t260_261, t262_263, t264_265, t266_267, t268_269, t270_271, t272_273,
+        t274_275, t276_277, t278_279, t280_281, t282_283, t284_285, t286, t287, t288, t289, t290_291, t292_293,
+        t294_295, t296_297, t298_299, t300_301, t302_303, t304_305, t306_307, t308_309, t310_311, t312_313, t314_315,
+        t316_317, t318_319, t320_321, t322_323, t324_325, t326_327, t328_329, t330_331, t332_333, t334_335, t336_337,
+        t338_339, t340_341, t342_343, t344_345, t346_347, t348_349, t350_351, t352_353, t354_355, t356_357, t358_359,
+        t360_361, t362_363, t364_365, t366_367, t368_369, t370_371, t372_373, t374_375, t376_377, t378_379, t380_381,
+        t382_383, t384_385, t386_387, t388_389, t390_391, t392_393, t394_395, t396_397, t398_399, t400_401, t402_403,
+        t404_405, t406_407, t408_409, t410_411, t412_413, t414_415, t416_417, t418_419, t420_421, t422, t423_424,
+        t425_426, t427_428, t429_430, t431_432, t433_434, t435_436, t437_438, t439, t440, t441, t442, t443, t444, t445,
+        t446, t447, t448, t449,
     );
-    t0_1 = both(R::constant(0.0285)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll); // right_foot, left_foot
-    // right_foot, left_foot: mass matrix
-    t2_3 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t0_1;
-    t4_5 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2_3;
-    t6_7 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t0_1;
-    t8_9 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t6_7, t4_5);
-    t10_11 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t8_9;
-    t12_13 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2_3;
-    t14_15 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t6_7, t12_13);
-    t16_17 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t14_15, t10_11);
-    t18_19 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t16_17;
-    t20_21 = both(R::constant(0.0285)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll); // right_foot, left_foot
-    t22_23 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t20_21;
-    t24_25 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t8_9;
-    t26_27 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t14_15, t24_25);
-    t28_29 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t26_27, t22_23);
-    t30_31 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t28_29, t18_19);
-    // factors of the mass matrix
-    t32_33 = t30_31 * both(R::constant(481.7535830422739));
-    t34 = R::fused(-t30_31.second(), t32_33.second(), R::constant(19.0));
-    t35 = R::fused(-t30_31.first(), t32_33.first(), t34);
+    // right_foot, left_foot: sums of what it carries
+    t0_1 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t2_3 = both(R::constant(0.0285)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t4_5 = both(R::constant(0.000855)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
     // right_ankle, left_ankle: sums of what it carries
-    t36_37 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t20_21;
-    t38_39 = R::Two::fused(both(R::constant(-0.0171)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t36_37);
-    t40_41 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t38_39; // right_lower_leg, left_lower_leg
+    t6_7 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t8_9 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t10 = sin_q_left_ankle_roll * R::constant(0.41189931350114417); // factors of the mass matrix
+    t11_12 = both(R::constant(0.000855)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll); // right_foot, left_foot
+    t13 = sin_q_right_ankle_roll * R::constant(0.41189931350114417); // factors of the mass matrix
+    t14_15 = both(R::constant(0.00092625)) * t0_1; // right_foot, left_foot: sums of what it carries
+    t16_17 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t2_3;
+    t18_19 = t4_5 * t6_7;
+    t20_21 = both(R::constant(0.0285)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll); // right_foot, left_foot
+    t22_23 = t4_5 * t8_9;
+    t24_25 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t2_3;
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t26_27 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
+    t28_29 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
+    t30_31 = both(R::constant(0.00382375)) + t14_15; // right_foot, left_foot: sums of what it carries
+    t32_33 = R::Two::fused(both(R::constant(0.0171)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t16_17);
+    t34_35 = both(R::constant(0.00092625)) - t14_15; // right_foot, left_foot: sums of what it carries
+    // right_ankle, left_ankle: sums of what it carries
+    t36_37 = R::Two::fused(both(R::constant(-2.0)), t18_19, t4_5);
+    t38_39 = R::Two::fused(both(R::constant(-0.0171)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t24_25);
+    t40_41 = both(R::constant(0.00383375)) + t34_35; // right_foot, left_foot: sums of what it carries
+    // right_foot, left_foot: mass matrix
     t42_43 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t20_21;
-    t44_45 = R::Two::fused(both(R::constant(0.0171)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t42_43);
+    t44_45 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t20_21;
+    t46_47 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2_3;
+    t48_49 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2_3;
+    // right_ankle, left_ankle: sums of what it carries
+    t50_51 = both(R::constant(0.29034)) + t32_33;
+    t52_53 = both(R::constant(0.546)) * t32_33;
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t54_55 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t38_39;
+    t56_57 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t38_39;
+    // right_foot, left_foot: mass matrix
+    t58_59 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t42_43;
+    t60_61 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t42_43;
+    t62_63 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t44_45, t58_59);
+    t64_65 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t44_45, t60_61);
+    t66_67 = R::Two::fused(both(R::constant(0.273)), t44_45, t11_12);
+    t68 = R::fused(-t11_12.second(), t10, t40_41.second()); // factors of the mass matrix
+    t69 = R::constant(1.0) / t68; // factors of the mass matrix
+    t70_71 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t32_33, t54_55);
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t72_73 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t50_51, t54_55);
+    t74_75 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t50_51, -t56_57);
     // right_ankle, left_ankle: mass matrix
-    t46_47 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t44_45, t40_41);
-    t48_49 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t46_47;
-    t50_51 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t38_39; // right_lower_leg, left_lower_leg
-    t52_53 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t44_45, t50_51);
-    t54_55 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t52_53, t48_49);
-    t56_57 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t54_55;
-    t58_59 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t46_47;
-    t60_61 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t52_53, t58_59);
-    t62_63 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t60_61;
-    t64_65 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t62_63, t56_57);
-    t66 = sin_q_left_ankle_roll * R::constant(0.41189931350114417); // factors of the mass matrix
-    t67 = R::fused(t30_31.second(), t66, t64_65.second()); // factors of the mass matrix
+    t76_77 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t32_33, t56_57);
+    t78_79 = R::Two::fused(both(R::constant(0.273)), t32_33, t40_41);
+    t80 = R::fused(-t11_12.first(), t13, t40_41.first()); // factors of the mass matrix
+    t81_82 = t40_41 + t52_53; // right_ankle, left_ankle: sums of what it carries
+    t83 = R::constant(1.0) / t80; // factors of the mass matrix
+    t84_85 = both(R::constant(0.06634781167)) + t81_82; // right_ankle, left_ankle: sums of what it carries
+    // right_foot, left_foot: mass matrix
+    t86_87 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t62_63;
+    t88_89 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t62_63;
+    t90_91 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t64_65, t86_87);
+    t92_93 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t64_65, t88_89);
+    t94_95 = R::Two::fused(both(R::constant(0.315)), t64_65, t66_67);
+    t96_97 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t92_93, t46_47);
+    t98_99 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t92_93, t48_49);
+    // right_ankle, left_ankle: mass matrix
+    t100_101 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t70_71;
+    t102_103 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t70_71;
+    t104_105 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t76_77, t100_101);
+    t106_107 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t76_77, t102_103);
+    t108_109 = R::Two::fused(both(R::constant(-0.315)), t76_77, t78_79);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t110_111 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t72_73;
+    t112_113 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t72_73;
+    // factors of the mass matrix
+    t114_115 = t66_67 * both(R::constant(481.7535830422739));
+    t116 = R::fused(-t66_67.second(), t10, t78_79.second());
+    t117 = R::fused(-t66_67.first(), t13, t78_79.first());
+    // right_foot, left_foot: mass matrix
+    t118_119 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t90_91;
+    t120_121 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t90_91;
+    t122_123 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t96_97, t118_119);
+    t124_125 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t96_97, t120_121);
+    t126_127 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t74_75, t110_111);
+    // right_ankle, left_ankle: mass matrix
+    t128_129 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t104_105;
+    t130_131 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t104_105;
+    t132_133 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t106_107;
+    t134_135 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t106_107;
+    t136_137 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t132_133, t128_129);
+    t138_139 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t132_133, t130_131);
+    // right_lower_leg, left_lower_leg: mass matrix
+    t140_141 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t126_127;
+    t142_143 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t126_127;
+    t144_145 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t74_75, t112_113);
+    // factors of the mass matrix
+    t146 = t116 * t69;
+    t147_148 = t122_123 * both(R::constant(481.7535830422739));
+    t149_150 = R::Two::fused(-t66_67, t114_115, t84_85);
+    t151 = R::fused(-t116, t146, t149_150.second());
+    t152 = R::constant(1.0) / t151;
+    t153 = t117 * t83;
+    t154 = R::fused(-t117, t153, t149_150.first());
+    t155 = R::constant(1.0) / t154;
+    // right_lower_leg, left_lower_leg: mass matrix
+    t156_157 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t144_145;
+    t158_159 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t144_145;
+    t160_161 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t156_157, t140_141);
+    t162_163 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t156_157, t142_143);
+    // factors of the mass matrix
+    t164_165 = R::Two::fused(t124_125, t114_115, t162_163);
+    t166 = R::fused(-t122_123.second(), t147_148.second(), R::constant(19.0));
+    t167 = R::fused(-t122_123.first(), t147_148.first(), t166);
+    t168 = R::fused(t122_123.second(), t10, t136_137.second());
+    t169 = R::fused(t122_123.first(), t13, t136_137.first());
+    t170_171 = both(R::constant(0.8932)) + t74_75; // right_lower_leg, left_lower_leg: sums of what it carries
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t172_173 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t170_171, -t110_111);
+    t174_175 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t170_171, t112_113);
+    t176_177 = t94_95 * both(R::constant(481.7535830422739)); // factors of the mass matrix
+    t178 = R::fused(-t94_95.second(), t10, t108_109.second()); // factors of the mass matrix
+    t179_180 = R::Two::fused(both(R::constant(0.315)), t74_75, t84_85); // right_lower_leg, left_lower_leg: mass matrix
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t181_182 = both(R::constant(0.63)) * t74_75;
+    t183_184 = t84_85 + t181_182;
+    t185_186 = both(R::constant(0.24091175)) + t183_184;
+    // factors of the mass matrix
+    t187 = t168 * t69;
+    t188 = R::fused(-t168, t187, t167);
+    t189 = t169 * t83;
+    t190 = R::fused(-t169, t189, t188);
+    t191_192 = R::Two::fused(t122_123, t114_115, t160_161);
+    t193 = t178 * t69;
+    t194_195 = R::Two::fused(-t94_95, t114_115, t179_180);
+    // right_upper_leg, left_upper_leg: mass matrix
+    t196_197 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t172_173;
+    t198_199 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t174_175;
+    t200_201 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t198_199, t196_197);
+    // factors of the mass matrix
+    t202 = R::fused(-t94_95.first(), t13, t108_109.first());
+    t203 = R::fused(-t168, t146, t191_192.second());
+    t204 = R::fused(-t169, t153, t191_192.first());
+    t205 = R::fused(-t178, t146, t194_195.second());
+    t206 = R::fused(-t202, t153, t194_195.first());
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t207_208 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t20_21;
+    t209_210 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t20_21;
+    t211_212 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t172_173, t207_208);
+    t213_214 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t172_173, t209_210);
+    // right_upper_leg, left_upper_leg: mass matrix
+    t215_216 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t172_173;
+    t217_218 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t198_199, t215_216);
+    // factors of the mass matrix
+    t219_220 = R::Two::fused(-t124_125, t176_177, t217_218);
+    t221 = t203 * t152;
+    t222 = R::fused(-t203, t221, t190);
+    t223 = t204 * t155;
+    t224 = R::fused(-t204, t223, t222);
+    t225_226 = R::Two::fused(-t122_123, t176_177, t200_201);
+    t227 = t205 * t152;
+    t228_229 = R::Two::fused(-t94_95, t176_177, t185_186);
+    t230 = R::fused(-t178, t193, t228_229.second());
+    t231 = R::fused(-t205, t227, t230);
+    t232 = R::constant(1.0) / t231;
+    t233 = t202 * t83;
+    t234 = R::fused(-t202, t233, t228_229.first());
+    t235 = R::fused(t168, t193, t225_226.second());
+    t236 = R::fused(t169, t233, t225_226.first());
+    t237 = R::fused(t203, t227, t235);
+    t238 = t206 * t155;
+    t239 = R::fused(-t206, t238, t234);
+    t240 = R::fused(t204, t238, t236);
+    t241 = R::constant(1.0) / t239;
+    t242_243 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t211_212; // right_hip_roll_link, left_hip_roll_link
+    // right_foot, left_foot: mass matrix
+    t244_245 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t4_5;
+    t246_247 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t4_5;
+    t248_249 = R::Two::fused(both(R::constant(-0.00207575)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t244_245);
+    t250_251 = R::Two::fused(both(R::constant(0.00207575)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t246_247);
+    t252_253 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), both(R::constant(0.0077805)), t250_251);
     // right_foot, left_foot: sums of what it carries
-    t68_69 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t70_71 = both(R::constant(0.00092625)) * t68_69;
-    t72_73 = both(R::constant(0.00092625)) - t70_71;
-    t74_75 = both(R::constant(0.00383375)) + t72_73;
-    t76_77 = both(R::constant(0.000855)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    // factors of the mass matrix
-    t78 = R::fused(-t76_77.second(), t66, t74_75.second());
-    t79 = R::constant(1.0) / t78;
-    t80 = t67 * t79;
-    t81 = R::fused(-t67, t80, t35);
-    t82 = sin_q_right_ankle_roll * R::constant(0.41189931350114417);
-    t83 = R::fused(t30_31.first(), t82, t64_65.first());
-    t84 = R::fused(-t76_77.first(), t82, t74_75.first());
-    t85 = R::constant(1.0) / t84;
-    t86 = t83 * t85;
-    t87 = R::fused(-t83, t86, t81);
-    t88_89 = both(R::constant(0.29034)) + t44_45; // right_ankle, left_ankle: sums of what it carries
-    t90_91 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t88_89, t40_41);
-    t92_93 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t90_91; // right_upper_leg, left_upper_leg
-    t94_95 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t88_89, -t50_51);
-    // right_lower_leg, left_lower_leg: mass matrix
-    t96_97 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t94_95, t92_93);
-    t98_99 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t96_97;
-    t100_101 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t90_91; // right_upper_leg, left_upper_leg
-    t102_103 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t94_95, t100_101);
-    t104_105 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t102_103;
-    t106_107 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t104_105, t98_99);
-    t108_109 = R::Two::fused(both(R::constant(0.273)), t6_7, t76_77); // right_foot, left_foot: mass matrix
-    // factors of the mass matrix
-    t110_111 = t108_109 * both(R::constant(481.7535830422739));
-    t112_113 = R::Two::fused(t30_31, t110_111, t106_107);
-    t114_115 = R::Two::fused(both(R::constant(0.273)), t44_45, t74_75); // right_ankle, left_ankle: mass matrix
-    t116 = R::fused(-t108_109.second(), t66, t114_115.second());
-    t117 = t116 * t79;
-    t118 = R::fused(-t67, t117, t112_113.second());
+    t254_255 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t256_257 = both(R::constant(0.00092625)) * t254_255;
     // right_ankle, left_ankle: sums of what it carries
-    t119_120 = both(R::constant(0.546)) * t44_45;
-    t121_122 = t74_75 + t119_120;
-    t123_124 = both(R::constant(0.06634781167)) + t121_122;
-    // factors of the mass matrix
-    t125_126 = R::Two::fused(-t108_109, t110_111, t123_124);
-    t127 = R::fused(-t116, t117, t125_126.second());
-    t128 = R::constant(1.0) / t127;
-    t129 = t118 * t128;
-    t130 = R::fused(-t118, t129, t87);
-    t131 = R::fused(-t108_109.first(), t82, t114_115.first());
-    t132 = t131 * t85;
-    t133 = R::fused(-t83, t132, t112_113.first());
-    t134 = R::fused(-t131, t132, t125_126.first());
-    t135 = R::constant(1.0) / t134;
-    t136 = t133 * t135;
-    t137 = R::fused(-t133, t136, t130);
-    t138_139 = both(R::constant(0.8932)) + t94_95; // right_lower_leg, left_lower_leg: sums of what it carries
-    t140_141 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t138_139, -t92_93);
-    t142_143 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t140_141; // right_upper_leg, left_upper_leg: mass matrix
-    t144_145 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t138_139, t100_101);
-    // right_upper_leg, left_upper_leg: mass matrix
-    t146_147 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t144_145;
-    t148_149 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t146_147, t142_143);
-    t150_151 = R::Two::fused(both(R::constant(0.315)), t14_15, t108_109); // right_foot, left_foot: mass matrix
-    // factors of the mass matrix
-    t152_153 = t150_151 * both(R::constant(481.7535830422739));
-    t154_155 = R::Two::fused(-t30_31, t152_153, t148_149);
-    t156_157 = R::Two::fused(both(R::constant(-0.315)), t52_53, t114_115); // right_ankle, left_ankle: mass matrix
-    t158 = R::fused(-t150_151.second(), t66, t156_157.second());
-    t159 = t158 * t79;
-    t160 = R::fused(t67, t159, t154_155.second());
-    t161_162 = R::Two::fused(both(R::constant(0.315)), t94_95, t123_124); // right_lower_leg, left_lower_leg
-    t163_164 = R::Two::fused(-t150_151, t110_111, t161_162);
-    t165 = R::fused(-t158, t117, t163_164.second());
-    t166 = t165 * t128;
-    t167 = R::fused(t118, t166, t160);
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t168_169 = both(R::constant(0.63)) * t94_95;
-    t170_171 = t123_124 + t168_169;
-    t172_173 = both(R::constant(0.24091175)) + t170_171;
-    // factors of the mass matrix
-    t174_175 = R::Two::fused(-t150_151, t152_153, t172_173);
-    t176 = R::fused(-t158, t159, t174_175.second());
-    t177 = R::fused(-t165, t166, t176);
-    t178 = R::constant(1.0) / t177;
-    t179 = t167 * t178;
-    t180 = R::fused(-t167, t179, t137);
-    t181 = R::fused(-t150_151.first(), t82, t156_157.first());
-    t182 = t181 * t85;
-    t183 = R::fused(t83, t182, t154_155.first());
-    t184 = R::fused(-t181, t132, t163_164.first());
-    t185 = t184 * t135;
-    t186 = R::fused(t133, t185, t183);
-    t187 = R::fused(-t181, t182, t174_175.first());
-    t188 = R::fused(-t184, t185, t187);
-    t189 = R::constant(1.0) / t188;
-    t190 = t186 * t189;
-    t191 = R::fused(-t186, t190, t180);
-    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t192_193 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t0_1;
-    t194_195 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t140_141, t192_193);
-    t196_197 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t194_195; // right_hip_roll_link, left_hip_roll_link
-    t198_199 = both(R::constant(0.000855)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t258_259 = both(R::constant(0.00207575)) - t30_31;
+    t260_261 = R::Two::fused(-t8_9, t258_259, t36_37);
+    t262_263 = t6_7 * t258_259;
+    t264_265 = R::Two::fused(both(R::constant(-2.0)), t22_23, t262_263);
+    t266_267 = R::Two::fused(both(R::constant(-0.273)), t38_39, t260_261);
+    t268_269 = t30_31 + t264_265;
+    t270_271 = both(R::constant(0.00207575)) - t264_265;
+    t272_273 = t270_271 + t52_53;
+    t274_275 = both(R::constant(0.065449478333)) - t268_269;
     // right_foot, left_foot: mass matrix
-    t200_201 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t198_199;
-    t202_203 = R::Two::fused(both(R::constant(-0.00207575)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t200_201);
-    t204_205 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t202_203;
-    t206_207 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t198_199;
-    t208_209 = R::Two::fused(both(R::constant(0.00207575)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t206_207);
-    t210_211 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), both(R::constant(0.0077805)), t208_209);
-    t212_213 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t210_211, t204_205);
-    t214_215 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t212_213;
-    t216_217 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t202_203;
-    t218_219 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t210_211, t216_217);
-    t220_221 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), both(R::constant(0.0089775)), t218_219);
-    t222_223 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t220_221, t214_215);
+    t276_277 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t248_249;
+    t278_279 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t248_249;
+    t280_281 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t252_253, t276_277);
+    t282_283 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t252_253, t278_279);
+    t284_285 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), both(R::constant(0.0089775)), t282_283);
     // factors of the mass matrix
-    t224_225 = t222_223 * both(R::constant(481.7535830422739));
-    t226_227 = R::Two::fused(-t30_31, t224_225, t196_197);
-    // right_foot, left_foot: sums of what it carries
-    t228_229 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    t230_231 = both(R::constant(0.00092625)) * t228_229;
+    t286 = t237 * t232;
+    t287 = R::fused(-t237, t286, t224);
+    t288 = t240 * t241;
+    t289 = R::fused(-t240, t288, t287);
     // right_ankle, left_ankle: sums of what it carries
-    t232_233 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t230_231;
-    t234_235 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t76_77, t232_233);
-    t236_237 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t234_235; // right_lower_leg, left_lower_leg
-    t238_239 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t230_231;
-    t240_241 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t76_77, t238_239);
-    // right_ankle, left_ankle: mass matrix
-    t242_243 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t240_241, t236_237);
-    t244_245 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t242_243;
-    t246_247 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t234_235; // right_lower_leg, left_lower_leg
-    t248_249 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t240_241, t246_247);
-    t250_251 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t248_249, t244_245);
-    t252 = R::fused(-t222_223.second(), t66, t250_251.second()); // factors of the mass matrix
-    t253 = t252 * t79; // factors of the mass matrix
-    t254 = R::fused(t67, t253, t226_227.second()); // factors of the mass matrix
-    t255_256 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0077805)), t240_241);
-    t257_258 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t255_256, t246_247);
-    t259_260 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t257_258; // right_upper_leg, left_upper_leg
-    t261_262 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t255_256, -t236_237);
-    t263_264 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t261_262, t259_260);
-    // factors of the mass matrix
-    t265_266 = R::Two::fused(t222_223, t110_111, t263_264);
-    t267 = R::fused(t252, t117, t265_266.second());
-    t268 = t267 * t128;
-    t269 = R::fused(-t118, t268, t254);
-    t270_271 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0089775)), t261_262);
-    t272_273 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t270_271, t259_260);
-    t274_275 = R::Two::fused(t222_223, t152_153, t272_273);
-    t276 = R::fused(t252, t159, t274_275.second());
-    t277 = R::fused(-t267, t166, t276);
-    t278 = t277 * t178;
-    t279 = R::fused(t167, t278, t269);
-    t280_281 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t282_283 = both(R::constant(0.00382375)) + t70_71; // right_foot, left_foot: sums of what it carries
-    // right_ankle, left_ankle: sums of what it carries
-    t284_285 = both(R::constant(0.00207575)) - t282_283;
-    t286_287 = t280_281 * t284_285;
-    t288_289 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    t290_291 = t198_199 * t288_289;
-    t292_293 = R::Two::fused(both(R::constant(-2.0)), t290_291, t286_287);
-    t294_295 = both(R::constant(0.00207575)) - t292_293;
-    t296_297 = t294_295 + t119_120;
-    t298_299 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
-    t300_301 = t282_283 + t292_293;
-    t302_303 = both(R::constant(0.065449478333)) - t300_301;
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t304_305 = t296_297 + t302_303;
-    t306_307 = t298_299 * t304_305;
-    // right_ankle, left_ankle: sums of what it carries
-    t308_309 = t198_199 * t280_281;
-    t310_311 = R::Two::fused(both(R::constant(-2.0)), t308_309, t198_199);
-    t312_313 = R::Two::fused(-t288_289, t284_285, t310_311);
-    t314_315 = R::Two::fused(both(R::constant(-0.273)), t38_39, t312_313);
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t316_317 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
-    t318_319 = t314_315 * t316_317;
-    t320_321 = R::Two::fused(both(R::constant(-2.0)), t318_319, t306_307);
-    t322_323 = t296_297 - t320_321;
-    t324_325 = t322_323 + t168_169;
-    t326_327 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
-    t328_329 = t302_303 - t320_321;
-    t330_331 = both(R::constant(0.23740175003)) + t328_329;
+    t290_291 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t256_257;
+    t292_293 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t256_257;
+    t294_295 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t11_12, t290_291);
+    t296_297 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t11_12, t292_293);
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t332_333 = t324_325 + t330_331;
-    t334_335 = t326_327 * t332_333;
+    t298_299 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    t300_301 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t336_337 = t314_315 * t298_299;
-    t338_339 = R::Two::fused(both(R::constant(-2.0)), t336_337, t314_315);
-    t340_341 = R::Two::fused(-t316_317, t304_305, t338_339);
-    t342_343 = R::Two::fused(both(R::constant(-0.315)), t90_91, t340_341);
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t344_345 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    t346_347 = t342_343 * t344_345;
-    t348_349 = R::Two::fused(both(R::constant(-2.0)), t346_347, t334_335);
-    t350_351 = t324_325 - t348_349;
-    t352_353 = both(R::constant(0.3067920617)) + t350_351;
-    // factors of the mass matrix
-    t354_355 = R::Two::fused(-t222_223, t224_225, t352_353);
-    t356 = R::fused(-t252, t253, t354_355.second());
-    t357 = R::fused(-t267, t268, t356);
-    t358 = R::fused(-t277, t278, t357);
-    t359 = R::constant(1.0) / t358;
-    t360 = t279 * t359;
-    t361 = R::fused(-t279, t360, t191);
-    t362 = R::fused(-t222_223.first(), t82, t250_251.first());
-    t363 = t362 * t85;
-    t364 = R::fused(t83, t363, t226_227.first());
-    t365 = R::fused(t362, t132, t265_266.first());
-    t366 = t365 * t135;
-    t367 = R::fused(-t133, t366, t364);
-    t368 = R::fused(t362, t182, t274_275.first());
-    t369 = R::fused(-t365, t185, t368);
-    t370 = t369 * t189;
-    t371 = R::fused(t186, t370, t367);
-    t372 = R::fused(-t362, t363, t354_355.first());
-    t373 = R::fused(-t365, t366, t372);
-    t374 = R::fused(-t369, t370, t373);
-    t375 = R::constant(1.0) / t374;
-    t376 = t371 * t375;
-    t377 = R::fused(-t371, t376, t361);
-    t378_379 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t144_145; // right_hip_yaw_link, left_hip_yaw_link
-    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t380_381 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t0_1;
-    t382_383 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t140_141, t380_381);
-    t384_385 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t382_383, t378_379);
+    t302_303 = t266_267 * t28_29;
+    t304_305 = t266_267 * t26_27;
+    t306_307 = R::Two::fused(both(R::constant(-2.0)), t304_305, t266_267);
     // right_foot, left_foot: mass matrix
-    t386_387 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t150_151;
-    t388_389 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t212_213;
-    t390_391 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t220_221, t388_389);
-    t392_393 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t390_391, t386_387);
-    // factors of the mass matrix
-    t394_395 = t392_393 * both(R::constant(481.7535830422739));
-    t396_397 = R::Two::fused(t30_31, t394_395, t384_385);
-    // right_ankle, left_ankle: mass matrix
-    t398_399 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t156_157;
-    t400_401 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t242_243;
-    t402_403 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t248_249, t400_401);
-    t404_405 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t402_403, t398_399);
-    t406 = R::fused(-t392_393.second(), t66, t404_405.second()); // factors of the mass matrix
-    t407 = t406 * t79; // factors of the mass matrix
-    t408 = R::fused(-t67, t407, t396_397.second()); // factors of the mass matrix
-    t409_410 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t161_162; // right_lower_leg, left_lower_leg
-    t411_412 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t257_258; // right_upper_leg, left_upper_leg
-    // right_lower_leg, left_lower_leg: mass matrix
-    t413_414 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t261_262, t411_412);
-    t415_416 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t413_414, t409_410);
-    // factors of the mass matrix
-    t417_418 = R::Two::fused(-t392_393, t110_111, t415_416);
-    t419 = R::fused(-t406, t117, t417_418.second());
-    t420 = t419 * t128;
-    t421 = R::fused(-t118, t420, t408);
-    t422_423 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t172_173; // right_upper_leg, left_upper_leg
-    let (
-        t424_425, t426_427, t428_429, t430, t431, t432, t433, t434_435, t436_437, t438_439, t440_441, t442_443,
-        t444_445, t446, t447, t448, t449, t450, t451_452, t453_454, t455_456, t457_458, t459_460, t461_462, t463_464,
-        t465_466, t467_468, t469_470, t471_472, t473, t474, t475, t476, t477, t478, t479, t480, t481, t482, t483, t484,
-        t485, t486, t487, t488, t489, t490, t491, t492, t493, t494, t495, t496, t497, t498, t499, t500, t501, t502,
-        t503_504, t505_506, t507, t508, t509_510, t511, t512, t513, t514, t515, t516, t517_518, t519_520, t521, t522,
-        t523, t524, t525, t526, t527_528, t529_530, t531, t532, t533, t534, t535, t536, t537, t538, t539_540, t541_542,
-        t543, t544, t545, t546, t547, t548, t549, t550, t551, t552, t553_554, t555_556, t557, t558, t559, t560, t561,
-        t562, t563, t564, t565, t566, t567, t568, t569_570, t571_572, t573, t574, t575, t576, t577, t578, t579, t580,
-        t581, t582, t583, t584, t585, t586, t587, t588, t589, t590, t591, t592_593, t594_595, t596_597, t598_599,
-        t600_601, t602, t603, t604_605, t606_607, t608_609, t610_611, t612, t613, t614, t615, t616, t617, t618_619,
-        t620_621, t622_623, t624_625, t626_627, t628, t629, t630, t631, t632, t633, t634_635, t636_637, t638_639,
-        t640_641, t642_643, t644, t645, t646, t647, t648, t649, t650, t651, t652_653, t654_655, t656_657, t658_659,
-        t660_661, t662, t663, t664, t665, t666, t667, t668, t669, t670, t671, t672_673, t674_675, t676_677, t678_679,
-        t680_681, t682_683, t684, t685, t686, t687, t688, t689, t690, t691, t692, t693, t694, t695, t696_697, t698,
-        t699, t700, t701, t702, t703, t704, t705, t706, t707, t708, t709, t710, t711, t712, t713_714, t715_716,
-        t717_718, t719_720, t721_722, t723_724, t725_726, t727_728, t729, t730, t731, t732, t733, t734, t735, t736,
-        t737, t738, t739, t740, t741, t742, t743, t744, t745, t746, t747_748, t749_750, t751_752, t753_754, t755_756,
-    );
-    t424_425 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t270_271, -t411_412);
-    t426_427 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t424_425, t422_423);
-    t428_429 = R::Two::fused(-t392_393, t152_153, t426_427);
-    t430 = R::fused(-t406, t159, t428_429.second());
-    t431 = R::fused(-t419, t166, t430);
-    t432 = t431 * t178;
-    t433 = R::fused(t167, t432, t421);
-    t434_435 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t272_273; // right_hip_roll_link, left_hip_roll_link
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t436_437 = t342_343 * t326_327;
-    t438_439 = R::Two::fused(both(R::constant(-2.0)), t436_437, t342_343);
-    t440_441 = R::Two::fused(-t344_345, t332_333, t438_439);
-    t442_443 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t440_441, t434_435);
-    // factors of the mass matrix
-    t444_445 = R::Two::fused(t392_393, t224_225, t442_443);
-    t446 = R::fused(t406, t253, t444_445.second());
-    t447 = R::fused(-t419, t268, t446);
-    t448 = R::fused(-t431, t278, t447);
-    t449 = t448 * t359;
-    t450 = R::fused(-t279, t449, t433);
-    t451_452 = t330_331 - t348_349; // right_upper_leg, left_upper_leg: sums of what it carries
-    t453_454 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
-    t455_456 = both(R::constant(0.3067820617)) - t172_173; // right_upper_leg, left_upper_leg: sums of what it carries
-    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t457_458 = t451_452 - t455_456;
-    t459_460 = t453_454 * t457_458;
-    t461_462 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
-    t463_464 = t424_425 * t461_462;
-    t465_466 = R::Two::fused(both(R::constant(2.0)), t463_464, t459_460);
-    t467_468 = t451_452 - t465_466;
-    t469_470 = both(R::constant(0.3068020617)) - t467_468;
-    // factors of the mass matrix
-    t471_472 = R::Two::fused(-t392_393, t394_395, t469_470);
-    t473 = R::fused(-t406, t407, t471_472.second());
-    t474 = R::fused(-t419, t420, t473);
-    t475 = R::fused(-t431, t432, t474);
-    t476 = R::fused(-t448, t449, t475);
-    t477 = R::constant(1.0) / t476;
-    t478 = t450 * t477;
-    t479 = R::fused(-t450, t478, t377);
-    t480 = R::fused(-t392_393.first(), t82, t404_405.first());
-    t481 = t480 * t85;
-    t482 = R::fused(-t83, t481, t396_397.first());
-    t483 = R::fused(-t480, t132, t417_418.first());
-    t484 = t483 * t135;
-    t485 = R::fused(-t133, t484, t482);
-    t486 = R::fused(-t480, t182, t428_429.first());
-    t487 = R::fused(-t483, t185, t486);
-    t488 = t487 * t189;
-    t489 = R::fused(t186, t488, t485);
-    t490 = R::fused(t480, t363, t444_445.first());
-    t491 = R::fused(-t483, t366, t490);
-    t492 = R::fused(-t487, t370, t491);
-    t493 = t492 * t375;
-    t494 = R::fused(-t371, t493, t489);
-    t495 = R::fused(-t480, t481, t471_472.first());
-    t496 = R::fused(-t483, t484, t495);
-    t497 = R::fused(-t487, t488, t496);
-    t498 = R::fused(-t492, t493, t497);
-    t499 = R::constant(1.0) / t498;
-    t500 = t494 * t499;
-    t501 = R::fused(-t494, t500, t479);
-    t502 = t384_385.second() + t384_385.first(); // right_hip_yaw_link: sums of what it carries
-    t503_504 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t30_31, t392_393); // right_foot, left_foot
-    t505_506 = t503_504 * both(R::constant(481.7535830422739));
-    t507 = R::fused(t30_31.second(), t505_506.second(), t502);
-    t508 = R::fused(t30_31.first(), t505_506.first(), t507);
-    t509_510 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t64_65, t404_405); // right_ankle, left_ankle
-    t511 = R::fused(-t503_504.second(), t66, t509_510.second());
-    t512 = t511 * t79;
-    t513 = R::fused(-t67, t512, t508);
-    t514 = R::fused(-t503_504.first(), t82, t509_510.first());
-    t515 = t514 * t85;
-    t516 = R::fused(-t83, t515, t513);
-    t517_518 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t106_107, t415_416);
-    t519_520 = R::Two::fused(-t503_504, t110_111, t517_518);
-    t521 = R::fused(-t511, t117, t519_520.second());
-    t522 = t521 * t128;
-    t523 = R::fused(-t118, t522, t516);
-    t524 = R::fused(-t514, t132, t519_520.first());
-    t525 = t524 * t135;
-    t526 = R::fused(-t133, t525, t523);
-    t527_528 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t148_149, t426_427);
-    t529_530 = R::Two::fused(-t503_504, t152_153, t527_528);
-    t531 = R::fused(-t511, t159, t529_530.second());
-    t532 = R::fused(-t521, t166, t531);
-    t533 = t532 * t178;
-    t534 = R::fused(t167, t533, t526);
-    t535 = R::fused(-t514, t182, t529_530.first());
-    t536 = R::fused(-t524, t185, t535);
-    t537 = t536 * t189;
-    t538 = R::fused(t186, t537, t534);
-    t539_540 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t196_197, t442_443);
-    t541_542 = R::Two::fused(t503_504, t224_225, t539_540);
-    t543 = R::fused(t511, t253, t541_542.second());
-    t544 = R::fused(-t521, t268, t543);
-    t545 = R::fused(-t532, t278, t544);
-    t546 = t545 * t359;
-    t547 = R::fused(-t279, t546, t538);
-    t548 = R::fused(t514, t363, t541_542.first());
-    t549 = R::fused(-t524, t366, t548);
-    t550 = R::fused(-t536, t370, t549);
-    t551 = t550 * t375;
-    t552 = R::fused(-t371, t551, t547);
-    t553_554 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t384_385, t469_470);
-    t555_556 = R::Two::fused(-t503_504, t394_395, t553_554);
-    t557 = R::fused(-t511, t407, t555_556.second());
-    t558 = R::fused(-t521, t420, t557);
-    t559 = R::fused(-t532, t432, t558);
-    t560 = R::fused(-t545, t449, t559);
-    t561 = t560 * t477;
-    t562 = R::fused(-t450, t561, t552);
-    t563 = R::fused(-t514, t481, t555_556.first());
-    t564 = R::fused(-t524, t484, t563);
-    t565 = R::fused(-t536, t488, t564);
-    t566 = R::fused(-t550, t493, t565);
-    t567 = t566 * t499;
-    t568 = R::fused(-t494, t567, t562);
+    t308_309 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t280_281;
+    t310_311 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t280_281;
+    t312_313 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t284_285, t308_309);
+    t314_315 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t284_285, t310_311);
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t569_570 = both(R::constant(0.15)) * t384_385;
-    t571_572 = R::Two::fused(t569_570, two(R::constant(1.0), R::constant(-1.0)), t469_470);
-    t573 = R::constant(0.154455) + t571_572.second(); // left_hip_yaw_link: sums of what it carries
-    t574 = t573 + t571_572.first(); // right_hip_yaw_link: sums of what it carries
-    // factors of the mass matrix
-    t575 = R::fused(-t503_504.second(), t505_506.second(), t574);
-    t576 = R::fused(-t503_504.first(), t505_506.first(), t575);
-    t577 = R::fused(-t511, t512, t576);
-    t578 = R::fused(-t514, t515, t577);
-    t579 = R::fused(-t521, t522, t578);
-    t580 = R::fused(-t524, t525, t579);
-    t581 = R::fused(-t532, t533, t580);
-    t582 = R::fused(-t536, t537, t581);
-    t583 = R::fused(-t545, t546, t582);
-    t584 = R::fused(-t550, t551, t583);
-    t585 = R::fused(-t560, t561, t584);
-    t586 = R::fused(-t566, t567, t585);
-    t587 = R::constant(1.0) / t586;
-    t588 = t568 * t587;
-    t589 = R::fused(-t568, t588, t501);
-    t590 = R::constant(2.444) + t194_195.second(); // left_hip_yaw_link: sums of what it carries
-    t591 = t194_195.first() + t590; // right_hip_yaw_link: sums of what it carries
+    t316_317 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t174_175;
+    t318_319 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t213_214, t316_317);
     // right_foot, left_foot: mass matrix
-    t592_593 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t222_223;
-    t594_595 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t150_151;
-    t596_597 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t390_391, t594_595);
-    t598_599 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t596_597, t592_593);
-    // factors of the mass matrix
-    t600_601 = t598_599 * both(R::constant(481.7535830422739));
-    t602 = R::fused(-t30_31.second(), t600_601.second(), t591);
-    t603 = R::fused(-t30_31.first(), t600_601.first(), t602);
+    t320_321 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t94_95;
+    t322_323 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t314_315, t320_321);
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t324_325 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t294_295;
+    t326_327 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t294_295;
+    t328_329 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0077805)), t296_297);
     // right_ankle, left_ankle: mass matrix
-    t604_605 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t250_251;
-    t606_607 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t156_157;
-    t608_609 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t402_403, t606_607);
-    t610_611 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t608_609, t604_605);
-    // factors of the mass matrix
-    t612 = R::fused(-t598_599.second(), t66, t610_611.second());
-    t613 = t612 * t79;
-    t614 = R::fused(t67, t613, t603);
-    t615 = R::fused(-t598_599.first(), t82, t610_611.first());
-    t616 = t615 * t85;
-    t617 = R::fused(t83, t616, t614);
+    t330_331 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t108_109;
+    t332_333 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t108_109;
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t334_335 = t272_273 + t274_275;
+    t336_337 = R::Two::fused(-t28_29, t334_335, t306_307);
+    t338_339 = t26_27 * t334_335;
+    t340_341 = R::Two::fused(both(R::constant(-2.0)), t302_303, t338_339);
+    t342_343 = R::Two::fused(both(R::constant(-0.315)), t72_73, t336_337);
+    t344_345 = t272_273 - t340_341;
+    t346_347 = t274_275 - t340_341;
+    t348_349 = t344_345 + t181_182;
+    t350_351 = both(R::constant(0.23740175003)) + t346_347;
+    t352_353 = t312_313 * both(R::constant(481.7535830422739)); // factors of the mass matrix
+    // right_ankle, left_ankle: mass matrix
+    t354_355 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t296_297, t324_325);
+    t356_357 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t296_297, t326_327);
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t358_359 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t328_329, t326_327);
+    t360_361 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t328_329, -t324_325);
+    t362_363 = t322_323 * both(R::constant(481.7535830422739)); // factors of the mass matrix
     // right_lower_leg, left_lower_leg: mass matrix
-    t618_619 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t263_264;
-    t620_621 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t161_162;
-    t622_623 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t413_414, t620_621);
-    t624_625 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t622_623, t618_619);
+    t364_365 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t179_180;
+    t366_367 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t179_180;
+    t368_369 = R::Two::fused(-t122_123, t352_353, t242_243); // factors of the mass matrix
+    // right_ankle, left_ankle: mass matrix
+    t370_371 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t354_355;
+    t372_373 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t354_355;
+    t374_375 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t356_357, t370_371);
+    t376_377 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t356_357, t372_373);
+    t378_379 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t376_377, t330_331);
+    t380_381 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t376_377, t332_333);
+    t382_383 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t136_137, t378_379);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t384_385 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t358_359;
+    t386_387 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t358_359;
+    t388_389 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0089775)), t360_361);
+    t390_391 = t342_343 * t300_301;
+    t392_393 = R::Two::fused(t122_123, t362_363, t318_319); // factors of the mass matrix
+    t394_395 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t185_186; // right_upper_leg, left_upper_leg
+    t396_397 = t342_343 * t298_299;
+    t398_399 = R::Two::fused(both(R::constant(-2.0)), t396_397, t342_343);
+    t400_401 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t360_361, t384_385);
+    t402_403 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t388_389, t384_385);
+    t404_405 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t360_361, t386_387);
+    t406_407 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t388_389, -t386_387);
+    // right_lower_leg, left_lower_leg: mass matrix
+    t408_409 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t404_405, t364_365);
+    t410_411 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t404_405, t366_367);
+    t412_413 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t406_407, t394_395);
+    t414_415 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t160_161, t408_409);
+    t416_417 = R::Two::fused(-t322_323, t114_115, t408_409); // factors of the mass matrix
+    t418_419 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t200_201, t412_413);
     // factors of the mass matrix
-    t626_627 = R::Two::fused(t598_599, t110_111, t624_625);
-    t628 = R::fused(t612, t117, t626_627.second());
-    t629 = t628 * t128;
-    t630 = R::fused(-t118, t629, t617);
-    t631 = R::fused(t615, t132, t626_627.first());
-    t632 = t631 * t135;
-    t633 = R::fused(-t133, t632, t630);
-    // right_upper_leg, left_upper_leg: mass matrix
-    t634_635 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t272_273;
-    t636_637 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t172_173;
-    t638_639 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t424_425, t636_637);
-    t640_641 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t638_639, t634_635);
+    t420_421 = R::Two::fused(-t322_323, t176_177, t412_413);
+    t422 = R::fused(-t312_313.second(), t10, t374_375.second());
+    t423_424 = R::Two::fused(t312_313, t114_115, t400_401);
+    t425_426 = R::Two::fused(t312_313, t176_177, t402_403);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t427_428 = t348_349 + t350_351;
+    t429_430 = R::Two::fused(-t300_301, t427_428, t398_399);
+    t431_432 = t298_299 * t427_428;
+    t433_434 = R::Two::fused(both(R::constant(-2.0)), t390_391, t431_432);
+    t435_436 = t348_349 - t433_434;
+    t437_438 = t350_351 - t433_434;
     // factors of the mass matrix
-    t642_643 = R::Two::fused(t598_599, t152_153, t640_641);
-    t644 = R::fused(t612, t159, t642_643.second());
-    t645 = R::fused(-t628, t166, t644);
-    t646 = t645 * t178;
-    t647 = R::fused(t167, t646, t633);
-    t648 = R::fused(t615, t182, t642_643.first());
-    t649 = R::fused(-t631, t185, t648);
-    t650 = t649 * t189;
-    t651 = R::fused(t186, t650, t647);
-    t652_653 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t352_353; // right_hip_roll_link, left_hip_roll_link
-    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t654_655 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t272_273;
-    t656_657 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t440_441, t654_655);
-    t658_659 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t656_657, t652_653);
-    // factors of the mass matrix
-    t660_661 = R::Two::fused(-t598_599, t224_225, t658_659);
-    t662 = R::fused(-t612, t253, t660_661.second());
-    t663 = R::fused(-t628, t268, t662);
-    t664 = R::fused(-t645, t278, t663);
-    t665 = t664 * t359;
-    t666 = R::fused(-t279, t665, t651);
-    t667 = R::fused(-t615, t363, t660_661.first());
-    t668 = R::fused(-t631, t366, t667);
-    t669 = R::fused(-t649, t370, t668);
-    t670 = t669 * t375;
-    t671 = R::fused(-t371, t670, t666);
-    t672_673 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t442_443; // right_hip_yaw_link, left_hip_yaw_link
-    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t674_675 = t424_425 * t453_454;
-    t676_677 = R::Two::fused(both(R::constant(-2.0)), t674_675, t424_425);
-    t678_679 = R::Two::fused(t461_462, t457_458, t676_677);
-    t680_681 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t678_679, t672_673);
-    // factors of the mass matrix
-    t682_683 = R::Two::fused(t598_599, t394_395, t680_681);
-    t684 = R::fused(t612, t407, t682_683.second());
-    t685 = R::fused(-t628, t420, t684);
-    t686 = R::fused(-t645, t432, t685);
-    t687 = R::fused(-t664, t449, t686);
-    t688 = t687 * t477;
-    t689 = R::fused(-t450, t688, t671);
-    t690 = R::fused(t615, t481, t682_683.first());
-    t691 = R::fused(-t631, t484, t690);
-    t692 = R::fused(-t649, t488, t691);
-    t693 = R::fused(-t669, t493, t692);
-    t694 = t693 * t499;
-    t695 = R::fused(-t494, t694, t689);
-    t696_697 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t194_195, t680_681);
-    t698 = t696_697.second() + t696_697.first(); // right_hip_yaw_link: sums of what it carries
-    t699 = R::fused(t598_599.second(), t505_506.second(), t698);
-    t700 = R::fused(t598_599.first(), t505_506.first(), t699);
-    t701 = R::fused(t612, t512, t700);
-    t702 = R::fused(t615, t515, t701);
-    t703 = R::fused(-t628, t522, t702);
-    t704 = R::fused(-t631, t525, t703);
-    t705 = R::fused(-t645, t533, t704);
-    t706 = R::fused(-t649, t537, t705);
-    t707 = R::fused(-t664, t546, t706);
-    t708 = R::fused(-t669, t551, t707);
-    t709 = R::fused(-t687, t561, t708);
-    t710 = R::fused(-t693, t567, t709);
-    t711 = t710 * t587;
-    t712 = R::fused(-t568, t711, t695);
-    t713_714 = t455_456 + t465_466; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t715_716 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
-    t717_718 = t350_351 + t713_714;
-    t719_720 = t715_716 * t717_718;
-    t721_722 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
-    t723_724 = t656_657 * t721_722;
-    t725_726 = R::Two::fused(both(R::constant(2.0)), t723_724, t719_720);
-    t727_728 = t713_714 - t725_726;
-    t729 = R::constant(1.3994107904) - t727_728.second(); // left_hip_yaw_link: sums of what it carries
-    t730 = t729 - t727_728.first(); // right_hip_yaw_link: sums of what it carries
-    // factors of the mass matrix
-    t731 = R::fused(-t598_599.second(), t600_601.second(), t730);
-    t732 = R::fused(-t598_599.first(), t600_601.first(), t731);
-    t733 = R::fused(-t612, t613, t732);
-    t734 = R::fused(-t615, t616, t733);
-    t735 = R::fused(-t628, t629, t734);
-    t736 = R::fused(-t631, t632, t735);
-    t737 = R::fused(-t645, t646, t736);
-    t738 = R::fused(-t649, t650, t737);
-    t739 = R::fused(-t664, t665, t738);
-    t740 = R::fused(-t669, t670, t739);
-    t741 = R::fused(-t687, t688, t740);
-    t742 = R::fused(-t693, t694, t741);
-    t743 = R::fused(-t710, t711, t742);
-    t744 = R::constant(1.0) / t743;
-    t745 = t712 * t744;
-    t746 = R::fused(-t712, t745, t589);
-    // right_foot, left_foot: mass matrix
-    t747_748 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t222_223;
-    t749_750 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t596_597, t747_748);
-    t751_752 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t20_21;
-    t753_754 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t26_27, t751_752);
-    t755_756 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t753_754, t749_750);
+    t439 = t422 * t69;
+    t440 = R::fused(t422, t146, t423_424.second());
+    t441 = R::fused(t422, t193, t425_426.second());
+    t442 = R::fused(-t440, t227, t441);
+    t443 = R::fused(-t312_313.first(), t13, t374_375.first());
+    t444 = R::fused(t443, t153, t423_424.first());
+    t445 = R::fused(t443, t233, t425_426.first());
+    t446 = R::fused(-t444, t238, t445);
+    t447 = R::fused(t168, t439, t368_369.second());
+    t448 = t440 * t152;
+    t449 = R::fused(-t203, t448, t447);
     let (
-        t757_758, t759, t760, t761_762, t763_764, t765_766, t767_768, t769, t770, t771, t772, t773, t774, t775_776,
-        t777_778, t779_780, t781_782, t783_784, t785, t786, t787, t788, t789, t790, t791_792, t793_794, t795_796,
-        t797_798, t799_800, t801, t802, t803, t804, t805, t806, t807, t808, t809_810, t811_812, t813_814, t815_816,
-        t817, t818, t819, t820, t821, t822, t823, t824, t825, t826, t827_828, t829_830, t831_832, t833, t834, t835,
-        t836, t837, t838, t839, t840, t841, t842, t843, t844, t845, t846, t847, t848, t849, t850, t851, t852, t853,
-        t854, t855, t856, t857, t858, t859, t860_861, t862_863, t864_865, t866_867, t868_869, t870_871, t872, t873,
-        t874, t875, t876, t877, t878, t879, t880, t881, t882, t883, t884, t885, t886, t887, t888_889, t890_891, t892,
-        t893, t894, t895, t896, t897, t898, t899, t900, t901, t902, t903, t904, t905, t906, t907, t908, t909, t910,
-        t911_912, t913, t914, t915, t916, t917, t918, t919, t920, t921_922, t923, t924, t925, t926, t927, t928,
-        t929_930, t931, t932, t933, t934, t935, t936, t937, t938, t939_940, t941, t942, t943, t944, t945, t946, t947,
-        t948, t949, t950, t951_952, t953, t954, t955, t956, t957, t958, t959, t960, t961, t962, t963, t964, t965, t966,
-        t967, t968, t969, t970, t971, t972, t973, t974, t975, t976, t977, t978, t979, t980, t981, t982, t983, t984,
-        t985, t986, t987, t988, t989, t990, t991, t992, t993, t994, t995, t996, t997, t998, t999, t1000, t1001, t1002,
-        t1003, t1004, t1005, t1006, t1007, t1008, t1009, t1010, t1011, t1012, t1013, t1014, t1015, t1016, t1017, t1018,
-        t1019, t1020, t1021, t1022, t1023, t1024, t1025, t1026, t1027, t1028, t1029_1030, t1031_1032, t1033_1034, t1035,
-        t1036, t1037_1038, t1039_1040, t1041, t1042, t1043, t1044, t1045, t1046, t1047_1048, t1049_1050, t1051_1052,
-        t1053, t1054, t1055,
+        t450, t451, t452, t453, t454_455, t456_457, t458_459, t460, t461, t462, t463, t464, t465, t466, t467_468, t469,
+        t470, t471, t472, t473, t474, t475, t476_477, t478, t479, t480, t481, t482, t483, t484, t485, t486, t487, t488,
+        t489, t490_491, t492_493, t494_495, t496_497, t498_499, t500_501, t502, t503, t504, t505, t506, t507, t508,
+        t509, t510_511, t512_513, t514, t515, t516, t517, t518, t519_520, t521_522, t523_524, t525_526, t527_528,
+        t529_530, t531_532, t533_534, t535, t536, t537, t538, t539, t540, t541, t542, t543_544, t545_546, t547_548,
+        t549_550, t551_552, t553_554, t555_556, t557, t558, t559_560, t561, t562, t563_564, t565_566, t567_568,
+        t569_570, t571_572, t573_574, t575, t576, t577, t578, t579, t580, t581, t582, t583, t584, t585, t586, t587,
+        t588, t589, t590, t591, t592, t593, t594, t595, t596, t597, t598, t599, t600, t601, t602, t603, t604, t605,
+        t606, t607, t608, t609, t610, t611, t612, t613, t614, t615, t616, t617, t618, t619, t620, t621, t622, t623,
+        t624, t625, t626, t627, t628, t629, t630, t631, t632, t633, t634, t635, t636, t637, t638, t639, t640, t641,
+        t642, t643, t644, t645, t646_647, t648_649, t650_651, t652_653, t654_655, t656_657, t658_659, t660_661,
+        t662_663, t664_665, t666_667, t668_669, t670_671, t672, t673, t674_675, t676_677, t678_679, t680, t681,
+        t682_683, t684_685, t686_687, t688_689, t690_691, t692_693, t694_695, t696_697, t698_699, t700_701, t702, t703,
+        t704, t705, t706, t707, t708_709, t710_711, t712_713, t714_715, t716, t717, t718, t719, t720, t721, t722, t723,
+        t724_725, t726_727, t728_729, t730_731, t732_733, t734_735, t736, t737_738, t739, t740, t741, t742, t743, t744,
+        t745, t746, t747, t748, t749, t750, t751, t752, t753, t754, t755, t756, t757, t758, t759, t760, t761, t762,
+        t763, t764, t765, t766, t767, t768, t769_770, t771_772, t773_774, t775_776, t777_778, t779_780, t781_782,
+        t783_784, t785_786,
     );
+    t450 = t443 * t83;
+    t451 = R::fused(t169, t450, t368_369.first());
+    t452 = R::fused(-t322_323.second(), t10, t378_379.second());
+    t453 = R::fused(-t322_323.first(), t13, t378_379.first());
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t454_455 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t402_403;
+    t456_457 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t429_430, t454_455);
+    t458_459 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t242_243, t456_457);
     // factors of the mass matrix
-    t757_758 = t755_756 * both(R::constant(481.7535830422739));
-    t759 = t30_31.second() * t757_758.second();
-    t760 = R::fused(t30_31.first(), t757_758.first(), t759);
-    // right_ankle, left_ankle: mass matrix
-    t761_762 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t250_251;
-    t763_764 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t608_609, t761_762);
-    t765_766 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t60_61;
-    t767_768 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t765_766, t763_764);
-    // factors of the mass matrix
-    t769 = R::fused(-t755_756.second(), t66, t767_768.second());
-    t770 = t769 * t79;
-    t771 = R::fused(-t67, t770, t760);
-    t772 = R::fused(-t755_756.first(), t82, t767_768.first());
-    t773 = t772 * t85;
-    t774 = R::fused(-t83, t773, t771);
-    // right_lower_leg, left_lower_leg: mass matrix
-    t775_776 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t263_264;
-    t777_778 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t622_623, t775_776);
-    t779_780 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t102_103;
-    t781_782 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t779_780, t777_778);
-    // factors of the mass matrix
-    t783_784 = R::Two::fused(t755_756, t110_111, t781_782);
-    t785 = R::fused(t769, t117, t783_784.second());
-    t786 = t785 * t128;
-    t787 = R::fused(t118, t786, t774);
-    t788 = R::fused(t772, t132, t783_784.first());
-    t789 = t788 * t135;
-    t790 = R::fused(t133, t789, t787);
+    t460 = t442 * t232;
+    t461 = R::fused(t237, t460, t449);
+    t462 = t444 * t155;
+    t463 = R::fused(-t204, t462, t451);
+    t464 = t452 * t69;
+    t465 = R::fused(-t452, t146, t416_417.second());
+    t466 = R::fused(-t453, t153, t416_417.first());
+    t467_468 = both(R::constant(0.3067920617)) + t435_436; // right_upper_leg, left_upper_leg: sums of what it carries
+    t469 = R::fused(-t452, t193, t420_421.second());
+    t470 = R::fused(-t453, t233, t420_421.first());
+    t471 = R::fused(-t465, t227, t469);
+    t472 = R::fused(-t466, t238, t470);
+    t473 = t446 * t241;
+    t474 = R::fused(t240, t473, t463);
+    t475 = R::fused(-t168, t464, t392_393.second());
+    t476_477 = R::Two::fused(-t312_313, t352_353, t467_468);
+    t478 = R::fused(-t422, t439, t476_477.second());
+    t479 = R::fused(-t443, t450, t476_477.first());
+    t480 = R::fused(-t440, t448, t478);
+    t481 = R::fused(-t444, t462, t479);
+    t482 = R::fused(-t442, t460, t480);
+    t483 = R::fused(-t446, t473, t481);
+    t484 = R::constant(1.0) / t482;
+    t485 = R::constant(1.0) / t483;
+    t486 = t465 * t152;
+    t487 = R::fused(-t203, t486, t475);
+    t488 = t471 * t232;
+    t489 = R::fused(t237, t488, t487);
+    t490_491 = R::Two::fused(t322_323, t352_353, t456_457);
+    t492_493 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
+    t494_495 = both(R::constant(0.3067820617)) - t185_186; // right_upper_leg, left_upper_leg: sums of what it carries
     // right_upper_leg, left_upper_leg: mass matrix
-    t791_792 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t272_273;
-    t793_794 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t638_639, t791_792);
-    t795_796 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t144_145;
-    t797_798 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t795_796, t793_794);
+    t496_497 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t185_186;
+    t498_499 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t406_407, t496_497);
+    t500_501 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
     // factors of the mass matrix
-    t799_800 = R::Two::fused(t755_756, t152_153, t797_798);
-    t801 = R::fused(t769, t159, t799_800.second());
-    t802 = R::fused(-t785, t166, t801);
-    t803 = t802 * t178;
-    t804 = R::fused(-t167, t803, t790);
-    t805 = R::fused(t772, t182, t799_800.first());
-    t806 = R::fused(-t788, t185, t805);
-    t807 = t806 * t189;
-    t808 = R::fused(-t186, t807, t804);
+    t502 = t453 * t83;
+    t503 = R::fused(-t169, t502, t392_393.first());
+    t504 = R::fused(t452, t439, t490_491.second());
+    t505 = R::fused(t453, t450, t490_491.first());
+    t506 = R::fused(-t465, t448, t504);
+    t507 = R::fused(-t466, t462, t505);
+    t508 = R::fused(-t471, t460, t506);
+    t509 = R::fused(-t472, t473, t507);
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t510_511 = t437_438 - t494_495;
+    t512_513 = t406_407 * t500_501;
+    // factors of the mass matrix
+    t514 = t466 * t155;
+    t515 = R::fused(-t204, t514, t503);
+    t516 = t472 * t241;
+    t517 = R::fused(t240, t516, t515);
+    t518 = t318_319.second() + t318_319.first(); // right_hip_yaw_link: sums of what it carries
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t519_520 = t492_493 * t510_511;
+    t521_522 = R::Two::fused(both(R::constant(2.0)), t512_513, t519_520);
+    t523_524 = t406_407 * t492_493;
+    t525_526 = R::Two::fused(both(R::constant(-2.0)), t523_524, t406_407);
+    t527_528 = R::Two::fused(t500_501, t510_511, t525_526);
+    t529_530 = t437_438 - t521_522;
+    t531_532 = t494_495 + t521_522;
+    t533_534 = both(R::constant(0.3068020617)) - t529_530;
+    // factors of the mass matrix
+    t535 = t461 * t484;
+    t536 = R::fused(-t461, t535, t289);
+    t537 = t474 * t485;
+    t538 = R::fused(-t474, t537, t536);
+    t539 = t508 * t484;
+    t540 = R::fused(-t461, t539, t489);
+    t541 = t509 * t485;
+    t542 = R::fused(-t474, t541, t517);
+    t543_544 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t122_123, t322_323); // right_foot, left_foot
+    t545_546 = R::Two::fused(-t543_544, t114_115, t414_415);
+    t547_548 = R::Two::fused(-t543_544, t176_177, t418_419);
+    t549_550 = R::Two::fused(t543_544, t352_353, t458_459);
+    t551_552 = both(R::constant(0.15)) * t318_319; // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
+    t553_554 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t318_319, t533_534);
+    t555_556 = R::Two::fused(-t543_544, t362_363, t553_554);
+    t557 = R::constant(2.444) + t211_212.second(); // left_hip_yaw_link: sums of what it carries
+    t558 = t211_212.first() + t557; // right_hip_yaw_link: sums of what it carries
+    t559_560 = t543_544 * both(R::constant(481.7535830422739));
+    t561 = R::fused(-t543_544.second(), t10, t382_383.second());
+    t562 = R::fused(-t543_544.first(), t13, t382_383.first());
+    // right_foot, left_foot: mass matrix
+    t563_564 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t312_313;
+    t565_566 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t94_95;
+    t567_568 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t314_315, t565_566);
+    t569_570 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t567_568, t563_564);
+    t571_572 = R::Two::fused(-t322_323, t362_363, t533_534); // factors of the mass matrix
+    t573_574 = R::Two::fused(t551_552, two(R::constant(1.0), R::constant(-1.0)), t533_534);
+    // factors of the mass matrix
+    t575 = R::fused(-t452, t464, t571_572.second());
+    t576 = R::fused(-t453, t502, t571_572.first());
+    t577 = R::fused(-t465, t486, t575);
+    t578 = R::fused(-t466, t514, t576);
+    t579 = R::fused(-t471, t488, t577);
+    t580 = R::fused(-t472, t516, t578);
+    t581 = R::fused(-t508, t539, t579);
+    t582 = R::fused(-t509, t541, t580);
+    t583 = R::constant(1.0) / t581;
+    t584 = R::constant(1.0) / t582;
+    t585 = R::fused(t122_123.second(), t559_560.second(), t518);
+    t586 = R::fused(t122_123.first(), t559_560.first(), t585);
+    t587 = t561 * t69;
+    t588 = R::fused(-t168, t587, t586);
+    t589 = t562 * t83;
+    t590 = R::fused(-t169, t589, t588);
+    t591 = R::fused(-t561, t146, t545_546.second());
+    t592 = R::fused(-t562, t153, t545_546.first());
+    t593 = R::fused(-t561, t193, t547_548.second());
+    t594 = R::fused(-t562, t233, t547_548.first());
+    t595 = R::fused(-t591, t227, t593);
+    t596 = R::fused(-t592, t238, t594);
+    t597 = R::fused(t561, t439, t549_550.second());
+    t598 = R::fused(t562, t450, t549_550.first());
+    t599 = R::fused(-t591, t448, t597);
+    t600 = R::fused(-t592, t462, t598);
+    t601 = R::fused(-t595, t460, t599);
+    t602 = R::fused(-t596, t473, t600);
+    t603 = t591 * t152;
+    t604 = R::fused(-t203, t603, t590);
+    t605 = t592 * t155;
+    t606 = R::fused(-t204, t605, t604);
+    t607 = R::fused(-t561, t464, t555_556.second());
+    t608 = R::fused(-t562, t502, t555_556.first());
+    t609 = R::fused(-t591, t486, t607);
+    t610 = R::fused(-t592, t514, t608);
+    t611 = R::fused(-t595, t488, t609);
+    t612 = R::fused(-t596, t516, t610);
+    t613 = R::fused(-t601, t539, t611);
+    t614 = R::fused(-t602, t541, t612);
+    t615 = t595 * t232;
+    t616 = R::fused(t237, t615, t606);
+    t617 = t596 * t241;
+    t618 = R::fused(t240, t617, t616);
+    t619 = R::constant(0.154455) + t573_574.second(); // left_hip_yaw_link: sums of what it carries
+    t620 = t619 + t573_574.first(); // right_hip_yaw_link: sums of what it carries
+    t621 = R::fused(-t543_544.second(), t559_560.second(), t620);
+    t622 = R::fused(-t543_544.first(), t559_560.first(), t621);
+    t623 = R::fused(-t561, t587, t622);
+    t624 = R::fused(-t562, t589, t623);
+    t625 = R::fused(-t591, t603, t624);
+    t626 = R::fused(-t592, t605, t625);
+    t627 = R::fused(-t595, t615, t626);
+    t628 = R::fused(-t596, t617, t627);
+    t629 = t540 * t583;
+    t630 = R::fused(-t540, t629, t538);
+    t631 = t542 * t584;
+    t632 = R::fused(-t542, t631, t630);
+    t633 = t601 * t484;
+    t634 = R::fused(-t601, t633, t628);
+    t635 = R::fused(-t461, t633, t618);
+    t636 = t602 * t485;
+    t637 = R::fused(-t602, t636, t634);
+    t638 = R::fused(-t474, t636, t635);
+    t639 = t613 * t583;
+    t640 = R::fused(-t613, t639, t637);
+    t641 = R::fused(-t540, t639, t638);
+    t642 = t614 * t584;
+    t643 = R::fused(-t614, t642, t640);
+    t644 = R::fused(-t542, t642, t641);
+    t645 = R::constant(1.0) / t643;
+    t646_647 = t569_570 * both(R::constant(481.7535830422739));
+    // right_ankle, left_ankle: mass matrix
+    t648_649 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t374_375;
+    t650_651 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t374_375;
+    t652_653 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t380_381, t648_649);
+    t654_655 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t380_381, t650_651);
+    t656_657 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t134_135, t654_655);
+    // right_lower_leg, left_lower_leg: mass matrix
+    t658_659 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t400_401;
+    t660_661 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t400_401;
+    t662_663 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t410_411, t658_659);
+    t664_665 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t410_411, t660_661);
+    t666_667 = R::Two::fused(t569_570, t114_115, t662_663); // factors of the mass matrix
+    t668_669 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t158_159, t664_665);
+    // factors of the mass matrix
+    t670_671 = R::Two::fused(t98_99, t114_115, t158_159);
+    t672 = R::fused(-t122_123.second(), t646_647.second(), t558);
+    t673 = R::fused(-t122_123.first(), t646_647.first(), t672);
+    // right_upper_leg, left_upper_leg: mass matrix
+    t674_675 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t402_403;
+    t676_677 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t498_499, t674_675);
+    // factors of the mass matrix
+    t678_679 = R::Two::fused(t569_570, t176_177, t676_677);
+    t680 = R::fused(-t569_570.second(), t10, t652_653.second());
+    t681 = R::fused(-t569_570.first(), t13, t652_653.first());
     // right_hip_roll_link, left_hip_roll_link: mass matrix
-    t809_810 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t352_353;
-    t811_812 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t656_657, t809_810);
-    t813_814 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t382_383, t811_812);
-    // factors of the mass matrix
-    t815_816 = R::Two::fused(-t755_756, t224_225, t813_814);
-    t817 = R::fused(-t769, t253, t815_816.second());
-    t818 = R::fused(-t785, t268, t817);
-    t819 = R::fused(-t802, t278, t818);
-    t820 = t819 * t359;
-    t821 = R::fused(t279, t820, t808);
-    t822 = R::fused(-t772, t363, t815_816.first());
-    t823 = R::fused(-t788, t366, t822);
-    t824 = R::fused(-t806, t370, t823);
-    t825 = t824 * t375;
-    t826 = R::fused(t371, t825, t821);
-    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t827_828 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t442_443;
-    t829_830 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t678_679, t827_828);
-    // factors of the mass matrix
-    t831_832 = R::Two::fused(t755_756, t394_395, t829_830);
-    t833 = R::fused(t769, t407, t831_832.second());
-    t834 = R::fused(-t785, t420, t833);
-    t835 = R::fused(-t802, t432, t834);
-    t836 = R::fused(-t819, t449, t835);
-    t837 = t836 * t477;
-    t838 = R::fused(t450, t837, t826);
-    t839 = R::fused(t772, t481, t831_832.first());
-    t840 = R::fused(-t788, t484, t839);
-    t841 = R::fused(-t806, t488, t840);
-    t842 = R::fused(-t824, t493, t841);
-    t843 = t842 * t499;
-    t844 = R::fused(t494, t843, t838);
-    t845 = t829_830.second() + t829_830.first(); // right_hip_yaw_link: sums of what it carries
-    t846 = R::fused(t755_756.second(), t505_506.second(), t845);
-    t847 = R::fused(t755_756.first(), t505_506.first(), t846);
-    t848 = R::fused(t769, t512, t847);
-    t849 = R::fused(t772, t515, t848);
-    t850 = R::fused(-t785, t522, t849);
-    t851 = R::fused(-t788, t525, t850);
-    t852 = R::fused(-t802, t533, t851);
-    t853 = R::fused(-t806, t537, t852);
-    t854 = R::fused(-t819, t546, t853);
-    t855 = R::fused(-t824, t551, t854);
-    t856 = R::fused(-t836, t561, t855);
-    t857 = R::fused(-t842, t567, t856);
-    t858 = t857 * t587;
-    t859 = R::fused(t568, t858, t844);
-    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t860_861 = t656_657 * t715_716;
-    t862_863 = R::Two::fused(both(R::constant(-2.0)), t860_861, t656_657);
-    t864_865 = R::Two::fused(t721_722, t717_718, t862_863);
-    t866_867 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t144_145;
-    t868_869 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t382_383, t866_867);
-    t870_871 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t868_869, t864_865);
-    t872 = t870_871.second() + t870_871.first(); // right_hip_yaw_link: sums of what it carries
-    // factors of the mass matrix
-    t873 = R::fused(-t755_756.second(), t600_601.second(), t872);
-    t874 = R::fused(-t755_756.first(), t600_601.first(), t873);
-    t875 = R::fused(-t769, t613, t874);
-    t876 = R::fused(-t772, t616, t875);
-    t877 = R::fused(-t785, t629, t876);
-    t878 = R::fused(-t788, t632, t877);
-    t879 = R::fused(-t802, t646, t878);
-    t880 = R::fused(-t806, t650, t879);
-    t881 = R::fused(-t819, t665, t880);
-    t882 = R::fused(-t824, t670, t881);
-    t883 = R::fused(-t836, t688, t882);
-    t884 = R::fused(-t842, t694, t883);
-    t885 = R::fused(-t857, t711, t884);
-    t886 = t885 * t744;
-    t887 = R::fused(t712, t886, t859);
-    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t888_889 = t350_351 - t725_726;
-    t890_891 = R::Two::fused(t569_570, two(R::constant(1.0), R::constant(-1.0)), t888_889);
-    t892 = R::constant(1.4977057904) + t890_891.second(); // left_hip_yaw_link: sums of what it carries
-    t893 = t892 + t890_891.first(); // right_hip_yaw_link: sums of what it carries
-    // factors of the mass matrix
-    t894 = R::fused(-t755_756.second(), t757_758.second(), t893);
-    t895 = R::fused(-t755_756.first(), t757_758.first(), t894);
-    t896 = R::fused(-t769, t770, t895);
-    t897 = R::fused(-t772, t773, t896);
-    t898 = R::fused(-t785, t786, t897);
-    t899 = R::fused(-t788, t789, t898);
-    t900 = R::fused(-t802, t803, t899);
-    t901 = R::fused(-t806, t807, t900);
-    t902 = R::fused(-t819, t820, t901);
-    t903 = R::fused(-t824, t825, t902);
-    t904 = R::fused(-t836, t837, t903);
-    t905 = R::fused(-t842, t843, t904);
-    t906 = R::fused(-t857, t858, t905);
-    t907 = R::fused(-t885, t886, t906);
-    t908 = R::constant(1.0) / t907;
-    t909 = t887 * t908;
-    t910 = R::fused(-t887, t909, t746);
-    t911_912 = t753_754 * both(R::constant(481.7535830422739));
-    t913 = t30_31.second() * t911_912.second();
-    t914 = R::fused(t30_31.first(), t911_912.first(), t913);
-    t915 = R::fused(t753_754.second(), t66, t765_766.second());
-    t916 = t915 * t79;
-    t917 = R::fused(t67, t916, t914);
-    t918 = R::fused(t753_754.first(), t82, t765_766.first());
-    t919 = t918 * t85;
-    t920 = R::fused(t83, t919, t917);
-    t921_922 = R::Two::fused(t753_754, t110_111, t779_780);
-    t923 = R::fused(-t915, t117, t921_922.second());
-    t924 = t923 * t128;
-    t925 = R::fused(t118, t924, t920);
-    t926 = R::fused(-t918, t132, t921_922.first());
-    t927 = t926 * t135;
-    t928 = R::fused(t133, t927, t925);
-    t929_930 = R::Two::fused(t753_754, t152_153, t795_796);
-    t931 = R::fused(-t915, t159, t929_930.second());
-    t932 = R::fused(-t923, t166, t931);
-    t933 = t932 * t178;
-    t934 = R::fused(-t167, t933, t928);
-    t935 = R::fused(-t918, t182, t929_930.first());
-    t936 = R::fused(-t926, t185, t935);
-    t937 = t936 * t189;
-    t938 = R::fused(-t186, t937, t934);
-    t939_940 = R::Two::fused(-t753_754, t224_225, t382_383);
-    t941 = R::fused(t915, t253, t939_940.second());
-    t942 = R::fused(-t923, t268, t941);
-    t943 = R::fused(-t932, t278, t942);
-    t944 = t943 * t359;
-    t945 = R::fused(t279, t944, t938);
-    t946 = R::fused(t918, t363, t939_940.first());
-    t947 = R::fused(-t926, t366, t946);
-    t948 = R::fused(-t936, t370, t947);
-    t949 = t948 * t375;
-    t950 = R::fused(t371, t949, t945);
-    t951_952 = t753_754 * t394_395;
-    t953 = R::fused(-t915, t407, t951_952.second());
-    t954 = R::fused(-t923, t420, t953);
-    t955 = R::fused(-t932, t432, t954);
-    t956 = R::fused(-t943, t449, t955);
-    t957 = t956 * t477;
-    t958 = R::fused(t450, t957, t950);
-    t959 = R::fused(-t918, t481, t951_952.first());
-    t960 = R::fused(-t926, t484, t959);
-    t961 = R::fused(-t936, t488, t960);
-    t962 = R::fused(-t948, t493, t961);
-    t963 = t962 * t499;
-    t964 = R::fused(t494, t963, t958);
-    t965 = t753_754.second() * t505_506.second();
-    t966 = R::fused(t753_754.first(), t505_506.first(), t965);
-    t967 = R::fused(-t915, t512, t966);
-    t968 = R::fused(-t918, t515, t967);
-    t969 = R::fused(-t923, t522, t968);
-    t970 = R::fused(-t926, t525, t969);
-    t971 = R::fused(-t932, t533, t970);
-    t972 = R::fused(-t936, t537, t971);
-    t973 = R::fused(-t943, t546, t972);
-    t974 = R::fused(-t948, t551, t973);
-    t975 = R::fused(-t956, t561, t974);
-    t976 = R::fused(-t962, t567, t975);
-    t977 = t976 * t587;
-    t978 = R::fused(t568, t977, t964);
-    t979 = t868_869.second() + t868_869.first(); // right_hip_yaw_link: sums of what it carries
-    t980 = R::fused(-t753_754.second(), t600_601.second(), t979);
-    t981 = R::fused(-t753_754.first(), t600_601.first(), t980);
-    t982 = R::fused(t915, t613, t981);
-    t983 = R::fused(t918, t616, t982);
-    t984 = R::fused(-t923, t629, t983);
-    t985 = R::fused(-t926, t632, t984);
-    t986 = R::fused(-t932, t646, t985);
-    t987 = R::fused(-t936, t650, t986);
-    t988 = R::fused(-t943, t665, t987);
-    t989 = R::fused(-t948, t670, t988);
-    t990 = R::fused(-t956, t688, t989);
-    t991 = R::fused(-t962, t694, t990);
-    t992 = R::fused(-t976, t711, t991);
-    t993 = t992 * t744;
-    t994 = R::fused(t712, t993, t978);
-    t995 = R::fused(t753_754.second(), t757_758.second(), t502);
-    t996 = R::fused(t753_754.first(), t757_758.first(), t995);
-    t997 = R::fused(-t915, t770, t996);
-    t998 = R::fused(-t918, t773, t997);
-    t999 = R::fused(t923, t786, t998);
-    t1000 = R::fused(t926, t789, t999);
-    t1001 = R::fused(t932, t803, t1000);
-    t1002 = R::fused(t936, t807, t1001);
-    t1003 = R::fused(t943, t820, t1002);
-    t1004 = R::fused(t948, t825, t1003);
-    t1005 = R::fused(t956, t837, t1004);
-    t1006 = R::fused(t962, t843, t1005);
-    t1007 = R::fused(t976, t858, t1006);
-    t1008 = R::fused(t992, t886, t1007);
-    t1009 = t1008 * t908;
-    t1010 = R::fused(t887, t1009, t994);
-    t1011 = R::fused(-t753_754.second(), t911_912.second(), R::constant(19.0));
-    t1012 = R::fused(-t753_754.first(), t911_912.first(), t1011);
-    t1013 = R::fused(-t915, t916, t1012);
-    t1014 = R::fused(-t918, t919, t1013);
-    t1015 = R::fused(-t923, t924, t1014);
-    t1016 = R::fused(-t926, t927, t1015);
-    t1017 = R::fused(-t932, t933, t1016);
-    t1018 = R::fused(-t936, t937, t1017);
-    t1019 = R::fused(-t943, t944, t1018);
-    t1020 = R::fused(-t948, t949, t1019);
-    t1021 = R::fused(-t956, t957, t1020);
-    t1022 = R::fused(-t962, t963, t1021);
-    t1023 = R::fused(-t976, t977, t1022);
-    t1024 = R::fused(-t992, t993, t1023);
-    t1025 = R::fused(-t1008, t1009, t1024);
-    t1026 = R::constant(1.0) / t1025;
-    t1027 = t1010 * t1026;
-    t1028 = R::fused(-t1010, t1027, t910);
-    // right_foot, left_foot: mass matrix
-    t1029_1030 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t16_17;
-    t1031_1032 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t28_29, t1029_1030);
-    // factors of the mass matrix
-    t1033_1034 = t1031_1032 * both(R::constant(481.7535830422739));
-    t1035 = t30_31.second() * t1033_1034.second();
-    t1036 = R::fused(t30_31.first(), t1033_1034.first(), t1035);
-    // right_ankle, left_ankle: mass matrix
-    t1037_1038 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t54_55;
-    t1039_1040 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t62_63, t1037_1038);
-    // factors of the mass matrix
-    t1041 = R::fused(t1031_1032.second(), t66, t1039_1040.second());
-    t1042 = t1041 * t79;
-    t1043 = R::fused(t67, t1042, t1036);
-    t1044 = R::fused(t1031_1032.first(), t82, t1039_1040.first());
-    t1045 = t1044 * t85;
-    t1046 = R::fused(t83, t1045, t1043);
-    // right_lower_leg, left_lower_leg: mass matrix
-    t1047_1048 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t96_97;
-    t1049_1050 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t104_105, t1047_1048);
-    // factors of the mass matrix
-    t1051_1052 = R::Two::fused(t1031_1032, t110_111, t1049_1050);
-    t1053 = R::fused(-t1041, t117, t1051_1052.second());
-    t1054 = t1053 * t128;
-    t1055 = R::fused(t118, t1054, t1046);
-    let (
-        t1056, t1057, t1058, t1059_1060, t1061_1062, t1063_1064, t1065, t1066, t1067, t1068, t1069, t1070, t1071, t1072,
-        t1073_1074, t1075_1076, t1077, t1078, t1079, t1080, t1081, t1082, t1083, t1084, t1085, t1086, t1087_1088, t1089,
-        t1090, t1091, t1092, t1093, t1094, t1095, t1096, t1097, t1098, t1099, t1100, t1101, t1102, t1103, t1104, t1105,
-        t1106, t1107, t1108, t1109, t1110, t1111, t1112, t1113, t1114, t1115, t1116, t1117, t1118, t1119, t1120, t1121,
-        t1122, t1123, t1124, t1125, t1126, t1127, t1128, t1129, t1130, t1131, t1132, t1133, t1134, t1135, t1136, t1137,
-        t1138, t1139, t1140, t1141, t1142, t1143, t1144, t1145, t1146, t1147, t1148, t1149, t1150, t1151, t1152, t1153,
-        t1154, t1155, t1156, t1157, t1158, t1159, t1160, t1161, t1162, t1163, t1164, t1165, t1166, t1167, t1168, t1169,
-        t1170, t1171, t1172, t1173, t1174, t1175, t1176, t1177, t1178, t1179, t1180, t1181, t1182, t1183, t1184, t1185,
-        t1186, t1187, t1188, t1189, t1190, t1191, t1192, t1193, t1194_1195, t1196_1197, t1198_1199, t1200_1201,
-        t1202_1203, t1204_1205, t1206_1207, t1208_1209, t1210_1211, t1212_1213, t1214_1215, t1216_1217, t1218_1219,
-        t1220_1221, t1222_1223, t1224_1225, t1226_1227, t1228_1229, t1230_1231, t1232_1233, t1234_1235, t1236_1237,
-        t1238_1239, t1240_1241, t1242_1243, t1244_1245, t1246_1247, t1248_1249, t1250_1251, t1252_1253, t1254_1255,
-        t1256_1257, t1258_1259, t1260_1261, t1262_1263, t1264_1265, t1266_1267, t1268_1269, t1270_1271, t1272_1273,
-        t1274_1275, t1276_1277, t1278_1279, t1280_1281, t1282_1283, t1284_1285, t1286_1287, t1288_1289, t1290_1291,
-        t1292_1293, t1294_1295, t1296_1297, t1298_1299, t1300_1301, t1302, t1303, t1304, t1305_1306, t1307_1308,
-        t1309_1310, t1311_1312, t1313, t1314, t1315_1316, t1317_1318, t1319_1320, t1321_1322, t1323_1324, t1325_1326,
-        t1327_1328, t1329_1330, t1331_1332, t1333_1334, t1335, t1336, t1337, t1338_1339, t1340_1341, t1342, t1343,
-        t1344, t1345, t1346_1347, t1348_1349, t1350, t1351, t1352_1353, t1354_1355, t1356, t1357, t1358, t1359,
-        t1360_1361, t1362_1363, t1364, t1365, t1366, t1367_1368, t1369, t1370_1371, t1372_1373, t1374, t1375_1376,
-        t1377_1378, t1379, t1380_1381, t1382_1383, t1384, t1385, t1386, t1387, t1388, t1389, t1390, t1391, t1392, t1393,
-        t1394, t1395, t1396, t1397, t1398, t1399, t1400,
-    );
-    t1056 = R::fused(-t1044, t132, t1051_1052.first());
-    t1057 = t1056 * t135;
-    t1058 = R::fused(t133, t1057, t1055);
+    t682_683 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t467_468;
+    t684_685 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t467_468;
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t686_687 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t402_403;
+    t688_689 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t429_430, t686_687);
     // right_upper_leg, left_upper_leg: mass matrix
-    t1059_1060 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t140_141;
-    t1061_1062 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t146_147, t1059_1060);
+    t690_691 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t402_403;
+    t692_693 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t498_499, t690_691);
+    // right_hip_roll_link, left_hip_roll_link: mass matrix
+    t694_695 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t688_689, t682_683);
+    t696_697 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t688_689, t684_685);
+    t698_699 = R::Two::fused(-t569_570, t352_353, t694_695); // factors of the mass matrix
+    t700_701 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t213_214, t696_697);
     // factors of the mass matrix
-    t1063_1064 = R::Two::fused(-t1031_1032, t152_153, t1061_1062);
-    t1065 = R::fused(t1041, t159, t1063_1064.second());
-    t1066 = R::fused(t1053, t166, t1065);
-    t1067 = t1066 * t178;
-    t1068 = R::fused(t167, t1067, t1058);
-    t1069 = R::fused(t1044, t182, t1063_1064.first());
-    t1070 = R::fused(t1056, t185, t1069);
-    t1071 = t1070 * t189;
-    t1072 = R::fused(t186, t1071, t1068);
-    t1073_1074 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t194_195; // right_hip_roll_link, left_hip_roll_link
-    t1075_1076 = R::Two::fused(t1031_1032, t224_225, t1073_1074);
-    t1077 = R::fused(-t1041, t253, t1075_1076.second());
-    t1078 = R::fused(t1053, t268, t1077);
-    t1079 = R::fused(-t1066, t278, t1078);
-    t1080 = t1079 * t359;
-    t1081 = R::fused(-t279, t1080, t1072);
-    t1082 = R::fused(-t1044, t363, t1075_1076.first());
-    t1083 = R::fused(t1056, t366, t1082);
-    t1084 = R::fused(-t1070, t370, t1083);
-    t1085 = t1084 * t375;
-    t1086 = R::fused(-t371, t1085, t1081);
-    t1087_1088 = R::Two::fused(-t1031_1032, t394_395, t868_869);
-    t1089 = R::fused(t1041, t407, t1087_1088.second());
-    t1090 = R::fused(t1053, t420, t1089);
-    t1091 = R::fused(-t1066, t432, t1090);
-    t1092 = R::fused(-t1079, t449, t1091);
-    t1093 = t1092 * t477;
-    t1094 = R::fused(-t450, t1093, t1086);
-    t1095 = R::fused(t1044, t481, t1087_1088.first());
-    t1096 = R::fused(t1056, t484, t1095);
-    t1097 = R::fused(-t1070, t488, t1096);
-    t1098 = R::fused(-t1084, t493, t1097);
-    t1099 = t1098 * t499;
-    t1100 = R::fused(-t494, t1099, t1094);
-    t1101 = R::fused(-t1031_1032.second(), t505_506.second(), t979);
-    t1102 = R::fused(-t1031_1032.first(), t505_506.first(), t1101);
-    t1103 = R::fused(t1041, t512, t1102);
-    t1104 = R::fused(t1044, t515, t1103);
-    t1105 = R::fused(t1053, t522, t1104);
-    t1106 = R::fused(t1056, t525, t1105);
-    t1107 = R::fused(-t1066, t533, t1106);
-    t1108 = R::fused(-t1070, t537, t1107);
-    t1109 = R::fused(-t1079, t546, t1108);
-    t1110 = R::fused(-t1084, t551, t1109);
-    t1111 = R::fused(-t1092, t561, t1110);
-    t1112 = R::fused(-t1098, t567, t1111);
-    t1113 = t1112 * t587;
-    t1114 = R::fused(-t568, t1113, t1100);
-    t1115 = t1031_1032.second() * t600_601.second();
-    t1116 = R::fused(t1031_1032.first(), t600_601.first(), t1115);
-    t1117 = R::fused(-t1041, t613, t1116);
-    t1118 = R::fused(-t1044, t616, t1117);
-    t1119 = R::fused(t1053, t629, t1118);
-    t1120 = R::fused(t1056, t632, t1119);
-    t1121 = R::fused(-t1066, t646, t1120);
-    t1122 = R::fused(-t1070, t650, t1121);
-    t1123 = R::fused(-t1079, t665, t1122);
-    t1124 = R::fused(-t1084, t670, t1123);
-    t1125 = R::fused(-t1092, t688, t1124);
-    t1126 = R::fused(-t1098, t694, t1125);
-    t1127 = R::fused(-t1112, t711, t1126);
-    t1128 = t1127 * t744;
-    t1129 = R::fused(-t712, t1128, t1114);
-    t1130 = R::fused(t1031_1032.second(), t757_758.second(), t591);
-    t1131 = R::fused(t1031_1032.first(), t757_758.first(), t1130);
-    t1132 = R::fused(-t1041, t770, t1131);
-    t1133 = R::fused(-t1044, t773, t1132);
-    t1134 = R::fused(t1053, t786, t1133);
-    t1135 = R::fused(t1056, t789, t1134);
-    t1136 = R::fused(-t1066, t803, t1135);
-    t1137 = R::fused(-t1070, t807, t1136);
-    t1138 = R::fused(-t1079, t820, t1137);
-    t1139 = R::fused(-t1084, t825, t1138);
-    t1140 = R::fused(-t1092, t837, t1139);
-    t1141 = R::fused(-t1098, t843, t1140);
-    t1142 = R::fused(-t1112, t858, t1141);
-    t1143 = R::fused(-t1127, t886, t1142);
-    t1144 = t1143 * t908;
-    t1145 = R::fused(t887, t1144, t1129);
-    t1146 = t1031_1032.second() * t911_912.second();
-    t1147 = R::fused(t1031_1032.first(), t911_912.first(), t1146);
-    t1148 = R::fused(t1041, t916, t1147);
-    t1149 = R::fused(t1044, t919, t1148);
-    t1150 = R::fused(t1053, t924, t1149);
-    t1151 = R::fused(t1056, t927, t1150);
-    t1152 = R::fused(-t1066, t933, t1151);
-    t1153 = R::fused(-t1070, t937, t1152);
-    t1154 = R::fused(-t1079, t944, t1153);
-    t1155 = R::fused(-t1084, t949, t1154);
-    t1156 = R::fused(-t1092, t957, t1155);
-    t1157 = R::fused(-t1098, t963, t1156);
-    t1158 = R::fused(-t1112, t977, t1157);
-    t1159 = R::fused(-t1127, t993, t1158);
-    t1160 = R::fused(t1143, t1009, t1159);
-    t1161 = t1160 * t1026;
-    t1162 = R::fused(t1010, t1161, t1145);
-    t1163 = R::fused(-t1031_1032.second(), t1033_1034.second(), R::constant(19.0));
-    t1164 = R::fused(-t1031_1032.first(), t1033_1034.first(), t1163);
-    t1165 = R::fused(-t1041, t1042, t1164);
-    t1166 = R::fused(-t1044, t1045, t1165);
-    t1167 = R::fused(-t1053, t1054, t1166);
-    t1168 = R::fused(-t1056, t1057, t1167);
-    t1169 = R::fused(-t1066, t1067, t1168);
-    t1170 = R::fused(-t1070, t1071, t1169);
-    t1171 = R::fused(-t1079, t1080, t1170);
-    t1172 = R::fused(-t1084, t1085, t1171);
-    t1173 = R::fused(-t1092, t1093, t1172);
-    t1174 = R::fused(-t1098, t1099, t1173);
-    t1175 = R::fused(-t1112, t1113, t1174);
-    t1176 = R::fused(-t1127, t1128, t1175);
-    t1177 = R::fused(-t1143, t1144, t1176);
-    t1178 = R::fused(-t1160, t1161, t1177);
-    t1179 = R::constant(1.0) / t1178;
-    t1180 = t1162 * t1179;
-    t1181 = R::fused(-t1162, t1180, t1028);
-    t1182 = R::constant(1.0) / t1181;
-    t1183 = v_base_angular_x * v_base_angular_z; // torso: motion
-    t1184 = R::constant(2.444) * t1183; // torso: wrench that its motion needs
-    // torso: motion
-    t1185 = v_base_angular_y * v_base_linear_z;
-    t1186 = R::fused(-v_base_angular_z, v_base_linear_y, t1185);
-    t1187 = q_base_qz * R::constant(2.0);
-    t1188 = q_base_qx * t1187;
-    t1189 = q_base_qy * R::constant(2.0);
-    t1190 = q_base_qw * t1189;
-    t1191 = t1188 - t1190;
-    t1192 = R::fused(t1191, R::constant(9.81), t1186);
-    t1193 = R::fused(R::constant(19.0), t1192, t1184); // torso: wrench that its motion needs
-    // right_hip_yaw_link, left_hip_yaw_link: motion
-    t1194_1195 = both(v_base_angular_x) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
-    t1196_1197 = R::Two::fused(both(v_base_angular_y), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1194_1195);
-    t1198_1199 = t1196_1197 * two(v_right_hip_yaw, v_left_hip_yaw);
-    t1200_1201 = t1198_1199 * two(sin_q_right_hip_roll, sin_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link
-    t1202_1203 = both(v_base_angular_x) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
-    t1204_1205 = R::Two::fused(-both(v_base_angular_y), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1202_1203);
-    t1206_1207 = t1204_1205 * two(cos_q_right_hip_roll, cos_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link
-    t1208_1209 = both(v_base_angular_z) + two(v_right_hip_yaw, v_left_hip_yaw);
-    // right_hip_roll_link, left_hip_roll_link: motion
-    t1210_1211 = R::Two::fused(-t1208_1209, two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1206_1207);
-    t1212_1213 = R::Two::fused(t1210_1211, two(v_right_hip_roll, v_left_hip_roll), t1200_1201);
-    t1214_1215 = t1212_1213 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch); // right_upper_leg, left_upper_leg
-    t1216_1217 = t1204_1205 * two(v_right_hip_yaw, v_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link: motion
-    t1218_1219 = R::Two::fused(-t1216_1217, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1214_1215);
-    t1220_1221 = t1204_1205 * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
-    t1222_1223 = R::Two::fused(t1208_1209, two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1220_1221);
-    t1224_1225 = t1222_1223 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_upper_leg, left_upper_leg
-    t1226_1227 = t1196_1197 + two(v_right_hip_roll, v_left_hip_roll);
-    // right_upper_leg, left_upper_leg: motion
-    t1228_1229 = R::Two::fused(-t1226_1227, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1224_1225);
-    t1230_1231 = R::Two::fused(-t1228_1229, two(v_right_hip_pitch, v_left_hip_pitch), t1218_1219);
-    t1232_1233 = t1230_1231 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch); // right_lower_leg, left_lower_leg
-    t1234_1235 = t1212_1213 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
-    t1236_1237 = R::Two::fused(t1216_1217, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1234_1235);
-    t1238_1239 = t1222_1223 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    t1240_1241 = R::Two::fused(t1226_1227, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1238_1239);
-    t1242_1243 = R::Two::fused(t1240_1241, two(v_right_hip_pitch, v_left_hip_pitch), t1236_1237);
-    // right_lower_leg, left_lower_leg: motion
-    t1244_1245 = R::Two::fused(-t1242_1243, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t1232_1233);
-    t1246_1247 = t1240_1241 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
-    t1248_1249 = R::Two::fused(t1228_1229, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t1246_1247);
-    t1250_1251 = R::Two::fused(-t1248_1249, two(v_right_knee_pitch, v_left_knee_pitch), t1244_1245);
-    t1252_1253 = t1250_1251 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch); // right_ankle, left_ankle: motion
-    t1254_1255 = t1230_1231 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
-    t1256_1257 = R::Two::fused(t1242_1243, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t1254_1255);
-    t1258_1259 = t1240_1241 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
-    t1260_1261 = R::Two::fused(-t1228_1229, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t1258_1259);
-    t1262_1263 = R::Two::fused(t1260_1261, two(v_right_knee_pitch, v_left_knee_pitch), t1256_1257);
-    // right_ankle, left_ankle: motion
-    t1264_1265 = R::Two::fused(t1262_1263, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t1252_1253);
-    t1266_1267 = t1260_1261 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    t1268_1269 = R::Two::fused(-t1248_1249, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t1266_1267);
-    t1270_1271 = R::Two::fused(t1268_1269, two(v_right_ankle_pitch, v_left_ankle_pitch), t1264_1265);
-    t1272_1273 = t1210_1211 - two(v_right_hip_pitch, v_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
-    t1274_1275 = t1272_1273 - two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
-    t1276_1277 = t1274_1275 - two(v_right_ankle_pitch, v_left_ankle_pitch);
-    // right_foot, left_foot: motion
-    t1278_1279 = t1276_1277 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    t1280_1281 = R::Two::fused(-t1268_1269, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t1278_1279);
-    t1282_1283 = t1276_1277 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t1284_1285 = R::Two::fused(t1268_1269, two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t1282_1283);
-    t1286_1287 = t1280_1281 * t1284_1285;
-    t1288_1289 = t1270_1271 - t1286_1287;
-    t1290_1291 = both(R::constant(0.0285)) * t1288_1289; // right_foot, left_foot: wrench that its motion needs
-    t1292_1293 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t1290_1291; // right_foot, left_foot
-    // right_ankle, left_ankle: motion
-    t1294_1295 = t1260_1261 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t1296_1297 = R::Two::fused(t1248_1249, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t1294_1295);
-    // right_foot, left_foot: motion
-    t1298_1299 = t1296_1297 - two(v_right_ankle_roll, v_left_ankle_roll);
-    t1300_1301 = t1298_1299 * t1298_1299;
-    t1302 = R::fused(t1280_1281.second(), t1280_1281.second(), t1300_1301.second()); // left_foot: motion
-    t1303 = R::constant(0.0285) * t1302; // left_foot: wrench that its motion needs
-    t1304 = R::fused(-cos_q_left_ankle_roll, t1303, t1292_1293.second()); // left_foot: wrench handed to its parent
-    // right_hip_roll_link, left_hip_roll_link: motion
-    t1305_1306 = t1198_1199 * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
-    t1307_1308 = R::Two::fused(-t1222_1223, two(v_right_hip_roll, v_left_hip_roll), t1305_1306);
-    // right_ankle, left_ankle: motion
-    t1309_1310 = t1268_1269 * t1296_1297;
-    t1311_1312 = t1307_1308 - t1309_1310;
-    t1313 = R::fused(R::constant(0.0171), t1311_1312.second(), -t1304); // left_foot: wrench handed to its parent
-    t1314 = cos_q_left_ankle_pitch * t1313; // left_ankle: wrench handed to its parent
-    t1315_1316 = t1276_1277 * t1276_1277;
-    t1317_1318 = R::Two::fused(t1268_1269, t1268_1269, t1315_1316);
-    t1319_1320 = both(R::constant(0.0171)) * t1317_1318; // right_ankle, left_ankle: wrench that its motion needs
-    t1321_1322 = t1307_1308 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll); // right_foot, left_foot: motion
-    t1323_1324 = t1250_1251 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    t1325_1326 = R::Two::fused(-t1262_1263, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t1323_1324);
-    t1327_1328 = R::Two::fused(-t1296_1297, two(v_right_ankle_pitch, v_left_ankle_pitch), t1325_1326);
-    // right_foot, left_foot: motion
-    t1329_1330 = R::Two::fused(-t1327_1328, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t1321_1322);
-    t1331_1332 = R::Two::fused(-t1284_1285, two(v_right_ankle_roll, v_left_ankle_roll), t1329_1330);
-    t1333_1334 = t1284_1285 * t1298_1299;
-    t1335 = t1331_1332.second() + t1333_1334.second(); // left_foot: motion
-    t1336 = R::fused(R::constant(-0.0285), t1335, t1319_1320.second()); // left_foot: wrench handed to its parent
-    t1337 = R::fused(sin_q_left_ankle_pitch, t1336, t1314); // left_ankle: wrench handed to its parent
-    // right_lower_leg, left_lower_leg: motion
-    t1338_1339 = t1248_1249 * t1248_1249;
-    t1340_1341 = R::Two::fused(t1274_1275, t1274_1275, t1338_1339);
-    t1342 = R::fused(R::constant(0.29034), t1340_1341.second(), t1337); // left_ankle: wrench handed to its parent
-    t1343 = cos_q_left_knee_pitch * t1342; // left_lower_leg: wrench handed to its parent
-    t1344 = sin_q_left_ankle_pitch * t1313; // left_ankle: wrench handed to its parent
-    t1345 = R::fused(-cos_q_left_ankle_pitch, t1336, t1344); // left_ankle: wrench handed to its parent
-    t1346_1347 = t1260_1261 * t1248_1249;
-    t1348_1349 = t1307_1308 + t1346_1347;
-    t1350 = R::fused(R::constant(0.29034), t1348_1349.second(), t1345); // left_ankle: wrench handed to its parent
-    t1351 = R::fused(-sin_q_left_knee_pitch, t1350, t1343); // left_lower_leg: wrench handed to its parent
-    // right_upper_leg, left_upper_leg: motion
-    t1352_1353 = t1228_1229 * t1228_1229;
-    t1354_1355 = R::Two::fused(t1272_1273, t1272_1273, t1352_1353);
-    t1356 = R::fused(R::constant(0.8932), t1354_1355.second(), t1351); // left_lower_leg: wrench handed to its parent
-    t1357 = sin_q_left_hip_pitch * t1356; // left_upper_leg: wrench handed to its parent
-    t1358 = sin_q_left_knee_pitch * t1342; // left_lower_leg: wrench handed to its parent
-    t1359 = R::fused(cos_q_left_knee_pitch, t1350, t1358); // left_lower_leg: wrench handed to its parent
-    t1360_1361 = t1240_1241 * t1228_1229;
-    t1362_1363 = t1307_1308 + t1360_1361;
-    t1364 = R::fused(R::constant(0.8932), t1362_1363.second(), t1359); // left_lower_leg: wrench handed to its parent
-    t1365 = R::fused(cos_q_left_hip_pitch, t1364, t1357); // left_upper_leg: wrench handed to its parent
-    t1366 = cos_q_left_hip_yaw * t1365; // left_hip_yaw_link: wrench handed to its parent
-    t1367_1368 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t1290_1291; // right_foot, left_foot
-    t1369 = R::fused(sin_q_left_ankle_roll, t1303, t1367_1368.second()); // left_foot: wrench handed to its parent
-    // right_ankle, left_ankle: motion
-    t1370_1371 = t1296_1297 * t1276_1277;
-    t1372_1373 = t1327_1328 + t1370_1371;
-    t1374 = R::fused(R::constant(0.0171), t1372_1373.second(), -t1369); // left_foot: wrench handed to its parent
-    // right_lower_leg, left_lower_leg: motion
-    t1375_1376 = t1260_1261 * t1274_1275;
-    t1377_1378 = t1262_1263 - t1375_1376;
-    t1379 = R::fused(R::constant(0.29034), t1377_1378.second(), -t1374); // left_ankle: wrench handed to its parent
-    // right_upper_leg, left_upper_leg: motion
-    t1380_1381 = t1240_1241 * t1272_1273;
-    t1382_1383 = t1242_1243 - t1380_1381;
-    t1384 = R::fused(R::constant(0.8932), t1382_1383.second(), t1379); // left_lower_leg: wrench handed to its parent
-    t1385 = cos_q_left_hip_roll * t1384; // left_hip_roll_link: wrench handed to its parent
-    t1386 = cos_q_left_hip_pitch * t1356; // left_upper_leg: wrench handed to its parent
-    t1387 = R::fused(-sin_q_left_hip_pitch, t1364, t1386); // left_upper_leg: wrench handed to its parent
-    t1388 = R::fused(sin_q_left_hip_roll, t1387, t1385); // left_hip_roll_link: wrench handed to its parent
-    t1389 = R::fused(sin_q_left_hip_yaw, t1388, t1366); // left_hip_yaw_link: wrench handed to its parent
-    t1390 = t1193 + t1389; // left_hip_yaw_link: wrench handed to its parent
-    t1391 = t1280_1281.first() * t1280_1281.first(); // right_foot: motion
-    t1392 = t1300_1301.first() + t1391; // right_foot: motion
-    t1393 = R::constant(0.0285) * t1392; // right_foot: wrench that its motion needs
-    t1394 = R::fused(-cos_q_right_ankle_roll, t1393, t1292_1293.first()); // right_foot: wrench handed to its parent
-    t1395 = R::fused(R::constant(0.0171), t1311_1312.first(), -t1394); // right_foot: wrench handed to its parent
-    t1396 = cos_q_right_ankle_pitch * t1395; // right_ankle: wrench handed to its parent
-    t1397 = t1331_1332.first() + t1333_1334.first(); // right_foot: motion
-    t1398 = R::fused(R::constant(-0.0285), t1397, t1319_1320.first()); // right_foot: wrench handed to its parent
-    t1399 = R::fused(sin_q_right_ankle_pitch, t1398, t1396); // right_ankle: wrench handed to its parent
-    t1400 = R::fused(R::constant(0.29034), t1340_1341.first(), t1399); // right_ankle: wrench handed to its parent
+    t702 = t680 * t69;
+    t703 = R::fused(t168, t702, t673);
+    t704 = t681 * t83;
+    t705 = R::fused(t169, t704, t703);
+    t706 = R::fused(t680, t146, t666_667.second());
+    t707 = R::fused(t681, t153, t666_667.first());
+    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
+    t708_709 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t456_457;
+    t710_711 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t456_457;
+    t712_713 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t527_528, t708_709);
+    t714_715 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t527_528, t710_711);
+    // factors of the mass matrix
+    t716 = R::fused(t680, t193, t678_679.second());
+    t717 = R::fused(t681, t233, t678_679.first());
+    t718 = R::fused(-t706, t227, t716);
+    t719 = R::fused(-t707, t238, t717);
+    t720 = t706 * t152;
+    t721 = R::fused(-t203, t720, t705);
+    t722 = t707 * t155;
+    t723 = R::fused(-t204, t722, t721);
+    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
+    t724_725 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
+    t726_727 = t435_436 + t531_532;
+    t728_729 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
+    t730_731 = R::Two::fused(t569_570, t362_363, t712_713); // factors of the mass matrix
+    t732_733 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t211_212, t712_713);
+    t734_735 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t211_212; // right_hip_roll_link, left_hip_roll_link
+    t736 = t732_733.second() + t732_733.first(); // right_hip_yaw_link: sums of what it carries
+    // factors of the mass matrix
+    t737_738 = R::Two::fused(t124_125, t352_353, t734_735);
+    t739 = R::fused(t569_570.second(), t559_560.second(), t736);
+    t740 = R::fused(t569_570.first(), t559_560.first(), t739);
+    t741 = R::fused(t680, t587, t740);
+    t742 = R::fused(t681, t589, t741);
+    t743 = R::fused(-t706, t603, t742);
+    t744 = R::fused(-t707, t605, t743);
+    t745 = R::fused(-t718, t615, t744);
+    t746 = R::fused(-t719, t617, t745);
+    t747 = t718 * t232;
+    t748 = R::fused(t237, t747, t723);
+    t749 = t719 * t241;
+    t750 = R::fused(t240, t749, t748);
+    t751 = R::fused(-t680, t439, t698_699.second());
+    t752 = R::fused(-t681, t450, t698_699.first());
+    t753 = R::fused(-t706, t448, t751);
+    t754 = R::fused(-t707, t462, t752);
+    t755 = R::fused(-t718, t460, t753);
+    t756 = R::fused(-t719, t473, t754);
+    t757 = R::fused(-t755, t633, t746);
+    t758 = R::fused(-t756, t636, t757);
+    t759 = R::fused(t680, t464, t730_731.second());
+    t760 = R::fused(t681, t502, t730_731.first());
+    t761 = R::fused(-t706, t486, t759);
+    t762 = R::fused(-t707, t514, t760);
+    t763 = R::fused(-t718, t488, t761);
+    t764 = R::fused(-t719, t516, t762);
+    t765 = R::fused(-t755, t539, t763);
+    t766 = R::fused(-t756, t541, t764);
+    t767 = R::fused(-t765, t639, t758);
+    t768 = R::fused(-t766, t642, t767);
+    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
+    t769_770 = t724_725 * t726_727;
+    t771_772 = t688_689 * t724_725;
+    t773_774 = R::Two::fused(both(R::constant(-2.0)), t771_772, t688_689);
+    t775_776 = R::Two::fused(t728_729, t726_727, t773_774);
+    t777_778 = t688_689 * t728_729;
+    t779_780 = R::Two::fused(both(R::constant(2.0)), t777_778, t769_770);
+    t781_782 = t531_532 - t779_780;
+    t783_784 = t435_436 - t779_780;
+    t785_786 = R::Two::fused(t551_552, two(R::constant(1.0), R::constant(-1.0)), t783_784);
     let (
-        t1401, t1402, t1403, t1404, t1405, t1406, t1407, t1408, t1409, t1410, t1411, t1412, t1413, t1414, t1415, t1416,
-        t1417, t1418, t1419, t1420, t1421, t1422, t1423, t1424_1425, t1426_1427, t1428_1429, t1430_1431, t1432_1433,
-        t1434_1435, t1436_1437, t1438_1439, t1440, t1441, t1442_1443, t1444_1445, t1446, t1447, t1448, t1449, t1450,
-        t1451, t1452, t1453, t1454, t1455, t1456_1457, t1458_1459, t1460_1461, t1462, t1463, t1464, t1465, t1466, t1467,
-        t1468, t1469, t1470, t1471_1472, t1473_1474, t1475_1476, t1477_1478, t1479_1480, t1481_1482, t1483_1484,
-        t1485_1486, t1487_1488, t1489_1490, t1491_1492, t1493_1494, t1495_1496, t1497_1498, t1499_1500, t1501_1502,
-        t1503_1504, t1505_1506, t1507_1508, t1509_1510, t1511_1512, t1513_1514, t1515_1516, t1517_1518, t1519_1520,
-        t1521_1522, t1523, t1524, t1525_1526, t1527_1528, t1529_1530, t1531_1532, t1533_1534, t1535, t1536, t1537_1538,
-        t1539_1540, t1541, t1542, t1543_1544, t1545_1546, t1547, t1548, t1549, t1550, t1551, t1552, t1553, t1554, t1555,
-        t1556, t1557, t1558, t1559, t1560, t1561, t1562_1563, t1564_1565, t1566_1567, t1568, t1569, t1570, t1571, t1572,
-        t1573, t1574, t1575, t1576, t1577, t1578, t1579, t1580_1581, t1582_1583, t1584_1585, t1586, t1587, t1588, t1589,
-        t1590, t1591, t1592, t1593, t1594, t1595, t1596, t1597, t1598, t1599, t1600_1601, t1602_1603, t1604_1605,
-        t1606_1607, t1608_1609, t1610_1611, t1612_1613, t1614_1615, t1616_1617, t1618_1619, t1620_1621, t1622_1623,
-        t1624, t1625, t1626, t1627, t1628_1629, t1630_1631, t1632, t1633, t1634, t1635_1636, t1637_1638, t1639, t1640,
-        t1641, t1642, t1643, t1644, t1645, t1646_1647, t1648_1649, t1650, t1651, t1652, t1653, t1654, t1655, t1656,
-        t1657, t1658, t1659, t1660, t1661, t1662, t1663, t1664, t1665, t1666, t1667, t1668, t1669, t1670, t1671, t1672,
-        t1673, t1674, t1675, t1676, t1677, t1678, t1679, t1680, t1681, t1682, t1683, t1684, t1685, t1686, t1687,
-        t1688_1689, t1690_1691, t1692_1693, t1694, t1695, t1696, t1697, t1698_1699, t1700, t1701, t1702_1703, t1704,
+        t787, t788, t789, t790, t791, t792, t793_794, t795_796, t797_798, t799_800, t801_802, t803_804, t805_806,
+        t807_808, t809_810, t811_812, t813_814, t815_816, t817_818, t819, t820, t821, t822, t823, t824, t825, t826,
+        t827, t828, t829, t830, t831, t832, t833, t834, t835, t836, t837, t838, t839, t840_841, t842, t843, t844, t845,
+        t846, t847, t848, t849, t850, t851, t852_853, t854, t855, t856, t857, t858, t859, t860, t861, t862, t863, t864,
+        t865, t866, t867, t868, t869, t870, t871, t872, t873, t874, t875, t876, t877, t878, t879, t880, t881, t882,
+        t883, t884, t885, t886, t887, t888, t889, t890, t891, t892, t893, t894, t895, t896, t897, t898, t899, t900,
+        t901, t902, t903, t904, t905, t906, t907, t908, t909, t910, t911, t912, t913, t914, t915, t916, t917, t918,
+        t919, t920, t921, t922, t923, t924, t925, t926, t927, t928_929, t930, t931, t932, t933, t934, t935, t936, t937,
+        t938, t939, t940, t941, t942, t943, t944, t945, t946, t947, t948, t949, t950, t951, t952, t953, t954, t955,
+        t956, t957, t958, t959, t960, t961, t962, t963, t964, t965, t966, t967, t968, t969, t970, t971, t972, t973,
+        t974, t975, t976, t977, t978, t979, t980, t981_982, t983, t984, t985, t986, t987, t988, t989, t990, t991, t992,
+        t993, t994, t995, t996, t997, t998, t999, t1000, t1001, t1002, t1003, t1004, t1005, t1006, t1007, t1008, t1009,
+        t1010, t1011_1012, t1013, t1014, t1015, t1016, t1017, t1018, t1019, t1020, t1021, t1022, t1023, t1024, t1025,
+        t1026, t1027, t1028, t1029, t1030, t1031, t1032, t1033, t1034, t1035, t1036, t1037, t1038, t1039, t1040, t1041,
+        t1042, t1043, t1044, t1045_1046, t1047, t1048, t1049, t1050, t1051, t1052, t1053, t1054, t1055, t1056, t1057,
+        t1058, t1059, t1060, t1061,
+    );
+    // factors of the mass matrix
+    t787 = t644 * t645;
+    t788 = R::fused(-t644, t787, t632);
+    t789 = t755 * t484;
+    t790 = R::fused(-t461, t789, t750);
+    t791 = t756 * t485;
+    t792 = R::fused(-t474, t791, t790);
+    // right_foot, left_foot: mass matrix
+    t793_794 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t312_313;
+    t795_796 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t567_568, t793_794);
+    t797_798 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t98_99, t795_796);
+    // factors of the mass matrix
+    t799_800 = R::Two::fused(t797_798, t114_115, t668_669);
+    t801_802 = R::Two::fused(-t797_798, t352_353, t700_701);
+    t803_804 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t174_175; // right_upper_leg, left_upper_leg
+    t805_806 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t174_175; // right_hip_yaw_link, left_hip_yaw_link
+    t807_808 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t803_804, t692_693);
+    t809_810 = R::Two::fused(t98_99, t176_177, t803_804);
+    t811_812 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t213_214, t805_806);
+    t813_814 = R::Two::fused(-t98_99, t352_353, t213_214);
+    t815_816 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t811_812, t775_776);
+    t817_818 = R::Two::fused(t797_798, t176_177, t807_808);
+    t819 = t815_816.second() + t815_816.first(); // right_hip_yaw_link: sums of what it carries
+    t820 = R::fused(-t797_798.second(), t646_647.second(), t819);
+    t821 = R::fused(-t797_798.first(), t646_647.first(), t820);
+    t822 = t765 * t583;
+    t823 = R::fused(-t540, t822, t792);
+    t824 = t766 * t584;
+    t825 = R::fused(-t542, t824, t823);
+    t826 = R::constant(1.3994107904) - t781_782.second(); // left_hip_yaw_link: sums of what it carries
+    t827 = t826 - t781_782.first(); // right_hip_yaw_link: sums of what it carries
+    t828 = R::fused(-t569_570.second(), t646_647.second(), t827);
+    t829 = R::fused(-t569_570.first(), t646_647.first(), t828);
+    t830 = R::fused(-t680, t702, t829);
+    t831 = R::fused(-t681, t704, t830);
+    t832 = R::fused(-t706, t720, t831);
+    t833 = R::fused(-t707, t722, t832);
+    t834 = R::fused(-t718, t747, t833);
+    t835 = R::fused(-t719, t749, t834);
+    t836 = R::fused(-t755, t789, t835);
+    t837 = R::fused(-t756, t791, t836);
+    t838 = R::fused(-t765, t822, t837);
+    t839 = R::fused(-t766, t824, t838);
+    t840_841 = t797_798 * both(R::constant(481.7535830422739));
+    t842 = R::fused(t98_99.second(), t840_841.second(), t518);
+    t843 = R::fused(t124_125.second(), t840_841.second(), t558);
+    t844 = R::fused(t98_99.first(), t840_841.first(), t842);
+    t845 = R::fused(t124_125.first(), t840_841.first(), t843);
+    t846 = R::fused(-t797_798.second(), t10, t656_657.second());
+    t847 = R::fused(-t797_798.first(), t13, t656_657.first());
+    t848 = R::fused(-t846, t702, t821);
+    t849 = R::fused(-t847, t704, t848);
+    t850 = t122_123.second() * t840_841.second();
+    t851 = R::fused(t122_123.first(), t840_841.first(), t850);
+    t852_853 = R::Two::fused(t797_798, t362_363, t714_715);
+    t854 = t714_715.second() + t714_715.first(); // right_hip_yaw_link: sums of what it carries
+    t855 = R::fused(t797_798.second(), t559_560.second(), t854);
+    t856 = R::fused(t797_798.first(), t559_560.first(), t855);
+    t857 = R::fused(t846, t587, t856);
+    t858 = R::fused(t847, t589, t857);
+    t859 = t846 * t69;
+    t860 = R::fused(-t168, t859, t851);
+    t861 = t847 * t83;
+    t862 = R::fused(-t169, t861, t860);
+    t863 = R::fused(t846, t146, t799_800.second());
+    t864 = R::fused(t847, t153, t799_800.first());
+    t865 = R::fused(-t863, t720, t849);
+    t866 = R::fused(-t864, t722, t865);
+    t867 = R::fused(-t863, t603, t858);
+    t868 = R::fused(-t864, t605, t867);
+    t869 = R::fused(t846, t193, t817_818.second());
+    t870 = R::fused(t847, t233, t817_818.first());
+    t871 = R::fused(-t863, t227, t869);
+    t872 = R::fused(-t864, t238, t870);
+    t873 = R::fused(-t871, t747, t866);
+    t874 = R::fused(-t872, t749, t873);
+    t875 = R::fused(-t871, t615, t868);
+    t876 = R::fused(-t872, t617, t875);
+    t877 = t768 * t645;
+    t878 = R::fused(-t768, t877, t839);
+    t879 = R::fused(-t644, t877, t825);
+    t880 = R::constant(1.0) / t878;
+    t881 = t863 * t152;
+    t882 = R::fused(t203, t881, t862);
+    t883 = t864 * t155;
+    t884 = R::fused(t204, t883, t882);
+    t885 = t871 * t232;
+    t886 = R::fused(-t237, t885, t884);
+    t887 = t872 * t241;
+    t888 = R::fused(-t240, t887, t886);
+    t889 = R::fused(-t846, t439, t801_802.second());
+    t890 = R::fused(-t847, t450, t801_802.first());
+    t891 = R::fused(-t863, t448, t889);
+    t892 = R::fused(-t864, t462, t890);
+    t893 = R::fused(-t871, t460, t891);
+    t894 = R::fused(-t872, t473, t892);
+    t895 = R::fused(-t893, t789, t874);
+    t896 = R::fused(-t894, t791, t895);
+    t897 = R::fused(-t893, t633, t876);
+    t898 = R::fused(-t894, t636, t897);
+    t899 = R::fused(t846, t464, t852_853.second());
+    t900 = R::fused(t847, t502, t852_853.first());
+    t901 = R::fused(-t863, t486, t899);
+    t902 = R::fused(-t864, t514, t900);
+    t903 = R::fused(-t871, t488, t901);
+    t904 = R::fused(-t872, t516, t902);
+    t905 = R::fused(-t893, t539, t903);
+    t906 = R::fused(-t894, t541, t904);
+    t907 = R::fused(-t905, t822, t896);
+    t908 = R::fused(-t906, t824, t907);
+    t909 = R::fused(-t905, t639, t898);
+    t910 = R::fused(-t906, t642, t909);
+    t911 = R::fused(-t910, t877, t908);
+    t912 = t893 * t484;
+    t913 = R::fused(t461, t912, t888);
+    t914 = t894 * t485;
+    t915 = R::fused(t474, t914, t913);
+    t916 = R::constant(1.4977057904) + t785_786.second(); // left_hip_yaw_link: sums of what it carries
+    t917 = t916 + t785_786.first(); // right_hip_yaw_link: sums of what it carries
+    t918 = R::fused(-t797_798.second(), t840_841.second(), t917);
+    t919 = R::fused(-t797_798.first(), t840_841.first(), t918);
+    t920 = R::fused(-t846, t859, t919);
+    t921 = R::fused(-t847, t861, t920);
+    t922 = R::fused(-t863, t881, t921);
+    t923 = R::fused(-t864, t883, t922);
+    t924 = R::fused(-t871, t885, t923);
+    t925 = R::fused(-t872, t887, t924);
+    t926 = R::fused(-t893, t912, t925);
+    t927 = R::fused(-t894, t914, t926);
+    t928_929 = t98_99 * both(R::constant(481.7535830422739));
+    t930 = R::fused(t98_99.second(), t10, t134_135.second());
+    t931 = R::fused(t98_99.first(), t13, t134_135.first());
+    t932 = R::fused(-t930, t859, t844);
+    t933 = R::fused(-t931, t861, t932);
+    t934 = t905 * t583;
+    t935 = R::fused(-t905, t934, t927);
+    t936 = R::fused(t540, t934, t915);
+    t937 = t906 * t584;
+    t938 = R::fused(-t906, t937, t935);
+    t939 = R::fused(t542, t937, t936);
+    t940 = t122_123.second() * t928_929.second();
+    t941 = R::fused(t122_123.first(), t928_929.first(), t940);
+    t942 = t930 * t69;
+    t943 = R::fused(t168, t942, t941);
+    t944 = t931 * t83;
+    t945 = R::fused(t169, t944, t943);
+    t946 = R::fused(-t930, t146, t670_671.second());
+    t947 = R::fused(-t931, t153, t670_671.first());
+    t948 = R::fused(t946, t881, t933);
+    t949 = R::fused(t947, t883, t948);
+    t950 = R::fused(-t930, t193, t809_810.second());
+    t951 = R::fused(-t931, t233, t809_810.first());
+    t952 = R::fused(-t946, t227, t950);
+    t953 = R::fused(-t947, t238, t951);
+    t954 = R::fused(t952, t885, t949);
+    t955 = R::fused(t953, t887, t954);
+    t956 = t946 * t152;
+    t957 = R::fused(t203, t956, t945);
+    t958 = t879 * t880;
+    t959 = R::fused(-t879, t958, t788);
+    t960 = t910 * t645;
+    t961 = R::fused(-t910, t960, t938);
+    t962 = R::fused(t644, t960, t939);
+    t963 = t947 * t155;
+    t964 = R::fused(t204, t963, t957);
+    t965 = t952 * t232;
+    t966 = R::fused(-t237, t965, t964);
+    t967 = t911 * t880;
+    t968 = R::fused(-t911, t967, t961);
+    t969 = R::fused(t879, t967, t962);
+    t970 = R::constant(1.0) / t968;
+    t971 = t953 * t241;
+    t972 = R::fused(-t240, t971, t966);
+    t973 = R::fused(t930, t439, t813_814.second());
+    t974 = R::fused(t931, t450, t813_814.first());
+    t975 = R::fused(-t946, t448, t973);
+    t976 = R::fused(-t947, t462, t974);
+    t977 = R::fused(-t952, t460, t975);
+    t978 = R::fused(-t953, t473, t976);
+    t979 = R::fused(t977, t912, t955);
+    t980 = R::fused(t978, t914, t979);
+    t981_982 = t98_99 * t362_363;
+    t983 = t98_99.second() * t559_560.second();
+    t984 = R::fused(t98_99.first(), t559_560.first(), t983);
+    t985 = R::fused(-t930, t587, t984);
+    t986 = R::fused(-t931, t589, t985);
+    t987 = R::fused(-t946, t603, t986);
+    t988 = R::fused(-t947, t605, t987);
+    t989 = R::fused(-t952, t615, t988);
+    t990 = R::fused(-t953, t617, t989);
+    t991 = R::fused(-t977, t633, t990);
+    t992 = R::fused(-t978, t636, t991);
+    t993 = R::fused(-t930, t464, t981_982.second());
+    t994 = R::fused(-t931, t502, t981_982.first());
+    t995 = R::fused(-t946, t486, t993);
+    t996 = R::fused(-t947, t514, t994);
+    t997 = R::fused(-t952, t488, t995);
+    t998 = R::fused(-t953, t516, t996);
+    t999 = R::fused(-t977, t539, t997);
+    t1000 = R::fused(-t978, t541, t998);
+    t1001 = R::fused(t999, t934, t980);
+    t1002 = R::fused(t1000, t937, t1001);
+    t1003 = R::fused(-t999, t639, t992);
+    t1004 = R::fused(-t1000, t642, t1003);
+    t1005 = R::fused(t1004, t960, t1002);
+    t1006 = t977 * t484;
+    t1007 = R::fused(t461, t1006, t972);
+    t1008 = t978 * t485;
+    t1009 = R::fused(t474, t1008, t1007);
+    t1010 = t811_812.second() + t811_812.first(); // right_hip_yaw_link: sums of what it carries
+    t1011_1012 = R::Two::fused(-t124_125, t362_363, t811_812);
+    t1013 = R::fused(-t98_99.second(), t928_929.second(), R::constant(19.0));
+    t1014 = R::fused(-t98_99.first(), t928_929.first(), t1013);
+    t1015 = R::fused(-t930, t942, t1014);
+    t1016 = R::fused(-t931, t944, t1015);
+    t1017 = R::fused(-t946, t956, t1016);
+    t1018 = R::fused(-t947, t963, t1017);
+    t1019 = R::fused(-t952, t965, t1018);
+    t1020 = R::fused(-t953, t971, t1019);
+    t1021 = R::fused(-t977, t1006, t1020);
+    t1022 = R::fused(-t978, t1008, t1021);
+    t1023 = R::fused(-t98_99.second(), t646_647.second(), t1010);
+    t1024 = R::fused(-t124_125.second(), t559_560.second(), t1010);
+    t1025 = R::fused(-t98_99.first(), t646_647.first(), t1023);
+    t1026 = R::fused(t930, t702, t1025);
+    t1027 = R::fused(t931, t704, t1026);
+    t1028 = R::fused(-t946, t720, t1027);
+    t1029 = R::fused(-t947, t722, t1028);
+    t1030 = R::fused(-t952, t747, t1029);
+    t1031 = R::fused(-t953, t749, t1030);
+    t1032 = R::fused(-t977, t789, t1031);
+    t1033 = R::fused(-t978, t791, t1032);
+    t1034 = R::fused(-t124_125.first(), t559_560.first(), t1024);
+    t1035 = R::fused(-t999, t822, t1033);
+    t1036 = R::fused(-t1000, t824, t1035);
+    t1037 = R::fused(-t1004, t877, t1036);
+    t1038 = R::fused(t1037, t967, t1005);
+    t1039 = t999 * t583;
+    t1040 = R::fused(-t999, t1039, t1022);
+    t1041 = R::fused(t540, t1039, t1009);
+    t1042 = t1000 * t584;
+    t1043 = R::fused(-t1000, t1042, t1040);
+    t1044 = R::fused(t542, t1042, t1041);
+    t1045_1046 = t124_125 * both(R::constant(481.7535830422739));
+    t1047 = R::fused(t124_125.second(), t10, t138_139.second());
+    t1048 = R::fused(t124_125.first(), t13, t138_139.first());
+    t1049 = R::fused(t1047, t587, t1034);
+    t1050 = R::fused(-t1047, t859, t845);
+    t1051 = R::fused(t1048, t589, t1049);
+    t1052 = R::fused(-t1048, t861, t1050);
+    t1053 = t124_125.second() * t646_647.second();
+    t1054 = R::fused(t124_125.first(), t646_647.first(), t1053);
+    t1055 = R::fused(-t1047, t702, t1054);
+    t1056 = R::fused(-t1048, t704, t1055);
+    t1057 = t969 * t970;
+    t1058 = R::fused(-t969, t1057, t959);
+    t1059 = t122_123.second() * t1045_1046.second();
+    t1060 = R::fused(t122_123.first(), t1045_1046.first(), t1059);
+    t1061 = t1047 * t69;
+    let (
+        t1062, t1063, t1064, t1065, t1066, t1067, t1068, t1069, t1070, t1071, t1072, t1073, t1074, t1075, t1076, t1077,
+        t1078, t1079, t1080, t1081, t1082, t1083, t1084, t1085, t1086, t1087, t1088, t1089, t1090, t1091, t1092, t1093,
+        t1094, t1095, t1096, t1097, t1098, t1099, t1100, t1101, t1102, t1103, t1104, t1105, t1106, t1107, t1108, t1109,
+        t1110, t1111, t1112, t1113, t1114, t1115, t1116, t1117, t1118, t1119, t1120, t1121, t1122, t1123, t1124, t1125,
+        t1126, t1127, t1128, t1129, t1130, t1131, t1132, t1133, t1134, t1135, t1136, t1137, t1138, t1139, t1140, t1141,
+        t1142, t1143, t1144, t1145, t1146, t1147, t1148, t1149, t1150, t1151, t1152, t1153, t1154, t1155, t1156, t1157,
+        t1158, t1159, t1160, t1161, t1162, t1163, t1164, t1165, t1166, t1167, t1168, t1169, t1170, t1171, t1172, t1173,
+        t1174, t1175, t1176, t1177, t1178, t1179, t1180, t1181_1182, t1183_1184, t1185_1186, t1187_1188, t1189, t1190,
+        t1191, t1192, t1193_1194, t1195, t1196, t1197, t1198, t1199, t1200, t1201, t1202, t1203, t1204, t1205,
+        t1206_1207, t1208_1209, t1210_1211, t1212_1213, t1214_1215, t1216_1217, t1218_1219, t1220_1221, t1222_1223,
+        t1224_1225, t1226_1227, t1228, t1229_1230, t1231, t1232, t1233, t1234, t1235_1236, t1237, t1238, t1239_1240,
+        t1241_1242, t1243_1244, t1245_1246, t1247, t1248_1249, t1250_1251, t1252_1253, t1254_1255, t1256_1257,
+        t1258_1259, t1260_1261, t1262_1263, t1264_1265, t1266_1267, t1268_1269, t1270_1271, t1272_1273, t1274_1275,
+        t1276_1277, t1278_1279, t1280_1281, t1282_1283, t1284_1285, t1286_1287, t1288, t1289, t1290, t1291, t1292_1293,
+        t1294_1295, t1296_1297, t1298_1299, t1300_1301, t1302_1303, t1304_1305, t1306_1307, t1308_1309, t1310_1311,
+        t1312_1313, t1314_1315, t1316_1317, t1318_1319, t1320_1321, t1322_1323, t1324_1325, t1326_1327, t1328_1329,
+        t1330_1331, t1332_1333, t1334_1335, t1336_1337, t1338_1339, t1340_1341, t1342_1343, t1344_1345, t1346_1347,
+        t1348_1349, t1350_1351, t1352_1353, t1354_1355, t1356_1357, t1358_1359, t1360_1361, t1362_1363, t1364_1365,
+        t1366_1367, t1368_1369, t1370_1371, t1372, t1373, t1374, t1375_1376, t1377_1378, t1379_1380, t1381_1382,
+        t1383_1384, t1385_1386, t1387_1388, t1389_1390, t1391, t1392_1393, t1394_1395, t1396_1397, t1398_1399, t1400,
+        t1401, t1402_1403, t1404_1405, t1406_1407, t1408_1409, t1410, t1411_1412, t1413_1414, t1415_1416, t1417_1418,
+        t1419_1420,
+    );
+    t1062 = R::fused(t168, t1061, t1060);
+    t1063 = t1048 * t83;
+    t1064 = R::fused(t169, t1063, t1062);
+    t1065 = R::fused(-t1047, t146, t164_165.second());
+    t1066 = R::fused(-t1048, t153, t164_165.first());
+    t1067 = R::fused(t1065, t603, t1051);
+    t1068 = R::fused(t1065, t881, t1052);
+    t1069 = R::fused(t1066, t605, t1067);
+    t1070 = R::fused(t1066, t883, t1068);
+    t1071 = R::fused(t1065, t720, t1056);
+    t1072 = R::fused(t1066, t722, t1071);
+    t1073 = t1065 * t152;
+    t1074 = R::fused(t203, t1073, t1064);
+    t1075 = t1066 * t155;
+    t1076 = R::fused(t204, t1075, t1074);
+    t1077 = R::fused(t1047, t193, t219_220.second());
+    t1078 = R::fused(t1048, t233, t219_220.first());
+    t1079 = R::fused(t1065, t227, t1077);
+    t1080 = R::fused(t1066, t238, t1078);
+    t1081 = R::fused(-t1079, t615, t1069);
+    t1082 = R::fused(-t1079, t885, t1070);
+    t1083 = R::fused(-t1080, t617, t1081);
+    t1084 = R::fused(-t1079, t747, t1072);
+    t1085 = R::fused(-t1080, t887, t1082);
+    t1086 = R::fused(-t1080, t749, t1084);
+    t1087 = t1004 * t645;
+    t1088 = R::fused(-t1004, t1087, t1043);
+    t1089 = R::fused(t644, t1087, t1044);
+    t1090 = R::fused(-t1047, t439, t737_738.second());
+    t1091 = R::fused(-t1048, t450, t737_738.first());
+    t1092 = R::fused(t1065, t448, t1090);
+    t1093 = R::fused(t1066, t462, t1091);
+    t1094 = R::fused(-t1079, t460, t1092);
+    t1095 = R::fused(-t1080, t473, t1093);
+    t1096 = R::fused(-t1094, t633, t1083);
+    t1097 = R::fused(-t1094, t912, t1085);
+    t1098 = R::fused(-t1094, t789, t1086);
+    t1099 = R::fused(-t1095, t636, t1096);
+    t1100 = R::fused(-t1095, t914, t1097);
+    t1101 = R::fused(-t1095, t791, t1098);
+    t1102 = t1079 * t232;
+    t1103 = R::fused(t237, t1102, t1076);
+    t1104 = t1080 * t241;
+    t1105 = R::fused(t240, t1104, t1103);
+    t1106 = R::fused(t1047, t464, t1011_1012.second());
+    t1107 = R::fused(t1048, t502, t1011_1012.first());
+    t1108 = R::fused(t1065, t486, t1106);
+    t1109 = R::fused(t1066, t514, t1107);
+    t1110 = R::fused(-t1079, t488, t1108);
+    t1111 = R::fused(-t1080, t516, t1109);
+    t1112 = R::fused(-t1094, t539, t1110);
+    t1113 = R::fused(-t1095, t541, t1111);
+    t1114 = R::fused(-t1112, t639, t1099);
+    t1115 = R::fused(-t1112, t822, t1101);
+    t1116 = R::fused(-t1112, t934, t1100);
+    t1117 = R::fused(-t1113, t642, t1114);
+    t1118 = R::fused(-t1113, t824, t1115);
+    t1119 = R::fused(-t1113, t937, t1116);
+    t1120 = R::fused(-t1117, t877, t1118);
+    t1121 = R::fused(-t1117, t960, t1119);
+    t1122 = R::fused(-t1120, t967, t1121);
+    t1123 = t1094 * t484;
+    t1124 = R::fused(-t461, t1123, t1105);
+    t1125 = t1095 * t485;
+    t1126 = R::fused(-t474, t1125, t1124);
+    t1127 = t124_125.second() * t928_929.second();
+    t1128 = R::fused(t124_125.first(), t928_929.first(), t1127);
+    t1129 = R::fused(t1047, t942, t1128);
+    t1130 = R::fused(t1048, t944, t1129);
+    t1131 = R::fused(t1065, t956, t1130);
+    t1132 = R::fused(t1066, t963, t1131);
+    t1133 = R::fused(-t1079, t965, t1132);
+    t1134 = R::fused(-t1080, t971, t1133);
+    t1135 = R::fused(-t1094, t1006, t1134);
+    t1136 = R::fused(-t1095, t1008, t1135);
+    t1137 = R::fused(-t1112, t1039, t1136);
+    t1138 = R::fused(-t1113, t1042, t1137);
+    t1139 = R::fused(-t1117, t1087, t1138);
+    t1140 = t1037 * t880;
+    t1141 = R::fused(-t1037, t1140, t1088);
+    t1142 = R::fused(t879, t1140, t1089);
+    t1143 = R::fused(-t1120, t1140, t1139);
+    t1144 = t1038 * t970;
+    t1145 = R::fused(-t1038, t1144, t1141);
+    t1146 = R::fused(t969, t1144, t1142);
+    t1147 = R::constant(1.0) / t1145;
+    t1148 = R::fused(t1122, t1144, t1143);
+    t1149 = t1112 * t583;
+    t1150 = R::fused(-t540, t1149, t1126);
+    t1151 = t1113 * t584;
+    t1152 = R::fused(-t542, t1151, t1150);
+    t1153 = R::fused(-t124_125.second(), t1045_1046.second(), R::constant(19.0));
+    t1154 = R::fused(-t124_125.first(), t1045_1046.first(), t1153);
+    t1155 = R::fused(-t1047, t1061, t1154);
+    t1156 = R::fused(-t1048, t1063, t1155);
+    t1157 = R::fused(-t1065, t1073, t1156);
+    t1158 = R::fused(-t1066, t1075, t1157);
+    t1159 = R::fused(-t1079, t1102, t1158);
+    t1160 = R::fused(-t1080, t1104, t1159);
+    t1161 = R::fused(-t1094, t1123, t1160);
+    t1162 = R::fused(-t1095, t1125, t1161);
+    t1163 = R::fused(-t1112, t1149, t1162);
+    t1164 = R::fused(-t1113, t1151, t1163);
+    t1165 = t1117 * t645;
+    t1166 = R::fused(-t644, t1165, t1152);
+    t1167 = R::fused(-t1117, t1165, t1164);
+    t1168 = t1120 * t880;
+    t1169 = R::fused(-t879, t1168, t1166);
+    t1170 = R::fused(-t1120, t1168, t1167);
+    t1171 = t1122 * t970;
+    t1172 = R::fused(t969, t1171, t1169);
+    t1173 = R::fused(-t1122, t1171, t1170);
+    t1174 = t1146 * t1147;
+    t1175 = R::fused(-t1146, t1174, t1058);
+    // torso: motion
+    t1176 = v_base_angular_x * v_base_angular_z;
+    t1177 = v_base_angular_y * v_base_linear_z;
+    t1178 = R::fused(-v_base_angular_z, v_base_linear_y, t1177);
+    t1179 = q_base_qz * R::constant(2.0);
+    t1180 = q_base_qy * R::constant(2.0);
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t1181_1182 = both(v_base_angular_x) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
+    t1183_1184 = R::Two::fused(both(v_base_angular_y), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1181_1182);
+    t1185_1186 = both(v_base_angular_x) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
+    t1187_1188 = R::Two::fused(-both(v_base_angular_y), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1185_1186);
+    t1189 = R::constant(2.444) * t1176; // torso: wrench that its motion needs
+    t1190 = t1176 * R::constant(1.3432507904); // torso: wrench that its motion needs
+    t1191 = q_base_qx * t1179; // torso: motion
+    t1192 = q_base_qw * t1180; // torso: motion
+    t1193_1194 = both(v_base_angular_z) + two(v_right_hip_yaw, v_left_hip_yaw);
+    // torso: motion
+    t1195 = v_base_angular_x * v_base_angular_y;
+    t1196 = v_base_angular_x * v_base_angular_x;
+    t1197 = v_base_angular_z * v_base_linear_x;
+    t1198 = R::fused(-v_base_angular_x, v_base_linear_z, t1197);
+    t1199 = q_base_qy * t1179;
+    t1200 = q_base_qx * R::constant(2.0);
+    t1201 = t1191 - t1192;
+    t1202 = t1191 + t1192;
+    t1203 = R::fused(t1201, R::constant(9.81), t1178);
+    t1204 = R::fused(R::constant(19.0), t1203, t1189); // torso: wrench that its motion needs
+    t1205 = R::fused(R::constant(2.444), t1203, t1190); // torso: wrench that its motion needs
+    t1206_1207 = t1183_1184 * two(v_right_hip_yaw, v_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link: motion
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t1208_1209 = t1187_1188 * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
+    t1210_1211 = R::Two::fused(-t1193_1194, two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1208_1209);
+    t1212_1213 = t1187_1188 * two(v_right_hip_yaw, v_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link: motion
+    t1214_1215 = t1187_1188 * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
+    t1216_1217 = R::Two::fused(t1193_1194, two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1214_1215);
+    t1218_1219 = t1183_1184 + two(v_right_hip_roll, v_left_hip_roll);
+    t1220_1221 = t1206_1207 * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
+    t1222_1223 = t1206_1207 * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
+    t1224_1225 = R::Two::fused(t1210_1211, two(v_right_hip_roll, v_left_hip_roll), t1220_1221);
+    t1226_1227 = R::Two::fused(-t1216_1217, two(v_right_hip_roll, v_left_hip_roll), t1222_1223);
+    t1228 = t1195 * R::constant(0.075); // right_hip_yaw_link: motion
+    t1229_1230 = R::Two::fused(both(t1203), two(R::constant(-1.0), R::constant(1.0)), both(t1228));
+    t1231 = R::fused(v_base_angular_z, v_base_angular_z, t1196); // torso: motion
+    t1232 = R::fused(v_base_angular_y, v_base_angular_y, t1196); // torso: motion
+    t1233 = t1231 * R::constant(0.075); // right_hip_yaw_link: motion
+    t1234 = R::constant(2.444) * t1232; // torso: wrench that its motion needs
+    t1235_1236 = t1210_1211 - two(v_right_hip_pitch, v_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
+    t1237 = q_base_qw * t1200; // torso: motion
+    t1238 = q_base_qx * t1200; // torso: motion
+    // right_upper_leg, left_upper_leg: motion
+    t1239_1240 = t1216_1217 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    t1241_1242 = R::Two::fused(-t1218_1219, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1239_1240);
+    t1243_1244 = t1216_1217 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t1245_1246 = R::Two::fused(t1218_1219, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1243_1244);
+    t1247 = v_base_angular_y * v_base_angular_z; // torso: motion
+    t1248_1249 = t1224_1225 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t1250_1251 = t1224_1225 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    t1252_1253 = R::Two::fused(-t1212_1213, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1248_1249);
+    t1254_1255 = R::Two::fused(t1212_1213, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1250_1251);
+    t1256_1257 = both(R::constant(0.3067920617)) * t1212_1213; // right_hip_yaw_link, left_hip_yaw_link
+    t1258_1259 = R::Two::fused(-t1241_1242, two(v_right_hip_pitch, v_left_hip_pitch), t1252_1253);
+    t1260_1261 = R::Two::fused(t1245_1246, two(v_right_hip_pitch, v_left_hip_pitch), t1254_1255);
+    t1262_1263 = t1235_1236 - two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
+    // right_foot, left_foot: motion
+    t1264_1265 = t1226_1227 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t1266_1267 = t1226_1227 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    // right_upper_leg, left_upper_leg: motion
+    t1268_1269 = t1241_1242 * t1241_1242;
+    t1270_1271 = R::Two::fused(t1235_1236, t1235_1236, t1268_1269);
+    // right_lower_leg, left_lower_leg: motion
+    t1272_1273 = t1245_1246 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
+    t1274_1275 = R::Two::fused(t1241_1242, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t1272_1273);
+    t1276_1277 = t1245_1246 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
+    t1278_1279 = R::Two::fused(-t1241_1242, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t1276_1277);
+    t1280_1281 = t1262_1263 - two(v_right_ankle_pitch, v_left_ankle_pitch); // right_ankle, left_ankle: motion
+    // right_upper_leg, left_upper_leg: motion
+    t1282_1283 = t1245_1246 * t1241_1242;
+    t1284_1285 = t1245_1246 * t1235_1236;
+    t1286_1287 = t1241_1242 * t1235_1236;
+    // factors of the mass matrix
+    t1288 = t1148 * t1147;
+    t1289 = R::fused(t1146, t1288, t1172);
+    t1290 = R::fused(-t1148, t1288, t1173);
+    t1291 = R::constant(1.0) / t1290;
+    // right_lower_leg, left_lower_leg: motion
+    t1292_1293 = t1258_1259 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
+    t1294_1295 = R::Two::fused(-t1260_1261, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t1292_1293);
+    t1296_1297 = R::Two::fused(-t1274_1275, two(v_right_knee_pitch, v_left_knee_pitch), t1294_1295);
+    t1298_1299 = t1258_1259 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
+    // right_upper_leg, left_upper_leg: wrench that its motion needs
+    t1300_1301 = both(R::constant(0.23740175003)) * t1258_1259;
+    t1302_1303 = R::Two::fused(both(R::constant(-0.24091175)), t1286_1287, t1300_1301);
+    t1304_1305 = R::Two::fused(t1260_1261, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t1298_1299);
+    t1306_1307 = t1260_1261 - t1284_1285; // right_upper_leg, left_upper_leg: motion
+    t1308_1309 = t1284_1285 * both(R::constant(0.47831350003));
+    t1310_1311 = R::Two::fused(t1278_1279, two(v_right_knee_pitch, v_left_knee_pitch), t1304_1305);
+    // right_ankle, left_ankle: motion
+    t1312_1313 = t1278_1279 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t1314_1315 = R::Two::fused(-t1274_1275, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t1312_1313);
+    // right_foot, left_foot: motion
+    t1316_1317 = t1280_1281 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t1318_1319 = R::Two::fused(-t1314_1315, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t1316_1317);
+    t1320_1321 = t1280_1281 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t1322_1323 = R::Two::fused(t1314_1315, two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t1320_1321);
+    // right_ankle, left_ankle: motion
+    t1324_1325 = t1278_1279 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t1326_1327 = R::Two::fused(t1274_1275, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t1324_1325);
+    t1328_1329 = t1280_1281 * t1280_1281;
+    t1330_1331 = R::Two::fused(t1314_1315, t1314_1315, t1328_1329);
+    t1332_1333 = both(R::constant(0.0171)) * t1330_1331; // right_ankle, left_ankle: wrench that its motion needs
+    // right_lower_leg, left_lower_leg: motion
+    t1334_1335 = t1274_1275 * t1274_1275;
+    t1336_1337 = R::Two::fused(t1262_1263, t1262_1263, t1334_1335);
+    t1338_1339 = t1278_1279 * t1274_1275;
+    t1340_1341 = t1278_1279 * t1262_1263;
+    t1342_1343 = t1274_1275 * t1262_1263;
+    // right_ankle, left_ankle: motion
+    t1344_1345 = t1296_1297 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t1346_1347 = R::Two::fused(t1310_1311, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t1344_1345);
+    t1348_1349 = R::Two::fused(t1314_1315, two(v_right_ankle_pitch, v_left_ankle_pitch), t1346_1347);
+    t1350_1351 = t1296_1297 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    // right_lower_leg, left_lower_leg: wrench that its motion needs
+    t1352_1353 = both(R::constant(0.065449478333)) * t1296_1297;
+    t1354_1355 = R::Two::fused(both(R::constant(-0.06634781167)), t1342_1343, t1352_1353);
+    t1356_1357 = R::Two::fused(-t1310_1311, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t1350_1351);
+    t1358_1359 = t1310_1311 - t1340_1341; // right_lower_leg, left_lower_leg: motion
+    t1360_1361 = t1340_1341 * both(R::constant(0.131797290003));
+    t1362_1363 = R::Two::fused(-t1326_1327, two(v_right_ankle_pitch, v_left_ankle_pitch), t1356_1357);
+    // right_foot, left_foot: motion
+    t1364_1365 = R::Two::fused(-t1362_1363, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t1264_1265);
+    t1366_1367 = R::Two::fused(t1362_1363, two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t1266_1267);
+    t1368_1369 = R::Two::fused(-t1322_1323, two(v_right_ankle_roll, v_left_ankle_roll), t1364_1365);
+    t1370_1371 = R::Two::fused(t1318_1319, two(v_right_ankle_roll, v_left_ankle_roll), t1366_1367);
+    t1372 = t1289 * t1291; // factors of the mass matrix
+    t1373 = R::fused(-t1289, t1372, t1175); // factors of the mass matrix
+    t1374 = R::constant(1.0) / t1373; // factors of the mass matrix
+    t1375_1376 = t1318_1319 * t1322_1323;
+    t1377_1378 = t1326_1327 - two(v_right_ankle_roll, v_left_ankle_roll);
+    // right_ankle, left_ankle: motion
+    t1379_1380 = t1314_1315 * t1326_1327;
+    t1381_1382 = t1326_1327 * t1280_1281;
+    t1383_1384 = t1314_1315 * t1280_1281;
+    t1385_1386 = t1226_1227 + t1338_1339; // right_lower_leg, left_lower_leg: motion
+    t1387_1388 = t1226_1227 + t1282_1283; // right_upper_leg, left_upper_leg: motion
+    t1389_1390 = t1348_1349 - t1375_1376; // right_foot, left_foot: motion
+    t1391 = t1318_1319.first() * t1318_1319.first(); // right_foot: motion
+    t1392_1393 = t1377_1378 * t1377_1378; // right_foot, left_foot: motion
+    t1394_1395 = t1226_1227 - t1379_1380;
+    // right_foot, left_foot: motion
+    t1396_1397 = t1322_1323 * t1377_1378;
+    t1398_1399 = t1318_1319 * t1377_1378;
+    t1400 = R::fused(t1318_1319.second(), t1318_1319.second(), t1392_1393.second()); // left_foot: motion
+    t1401 = R::constant(0.0285) * t1400; // left_foot: wrench that its motion needs
+    t1402_1403 = both(R::constant(0.0285)) * t1389_1390; // right_foot, left_foot: wrench that its motion needs
+    t1404_1405 = t1362_1363 + t1381_1382; // right_ankle, left_ankle: motion
+    // right_ankle, left_ankle: wrench that its motion needs
+    t1406_1407 = both(R::constant(0.00382375)) * t1362_1363;
+    t1408_1409 = R::Two::fused(both(R::constant(0.00383375)), t1381_1382, t1406_1407);
+    t1410 = t1392_1393.first() + t1391; // right_foot: motion
+    // right_foot, left_foot: wrench that its motion needs
+    t1411_1412 = both(R::constant(0.00207575)) * t1348_1349;
+    t1413_1414 = R::Two::fused(both(R::constant(-0.00092625)), t1375_1376, t1411_1412);
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t1415_1416 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1229_1230;
+    t1417_1418 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1229_1230;
+    // right_foot, left_foot: wrench handed to its parent
+    t1419_1420 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t1402_1403;
+    let (
+        t1421_1422, t1423, t1424, t1425, t1426, t1427, t1428_1429, t1430_1431, t1432_1433, t1434_1435, t1436, t1437,
+        t1438, t1439, t1440, t1441, t1442, t1443, t1444, t1445, t1446, t1447, t1448, t1449_1450, t1451_1452, t1453_1454,
+        t1455, t1456, t1457, t1458, t1459, t1460, t1461, t1462, t1463, t1464, t1465, t1466, t1467, t1468, t1469, t1470,
+        t1471, t1472, t1473_1474, t1475_1476, t1477, t1478_1479, t1480, t1481_1482, t1483, t1484, t1485, t1486, t1487,
+        t1488, t1489, t1490, t1491, t1492, t1493, t1494, t1495, t1496, t1497, t1498, t1499_1500, t1501_1502, t1503,
+        t1504, t1505, t1506, t1507_1508, t1509, t1510_1511, t1512_1513, t1514_1515, t1516_1517, t1518_1519, t1520_1521,
+        t1522_1523, t1524, t1525, t1526, t1527, t1528, t1529, t1530, t1531, t1532, t1533, t1534, t1535, t1536, t1537,
+        t1538, t1539, t1540, t1541, t1542, t1543, t1544, t1545, t1546, t1547, t1548, t1549, t1550, t1551, t1552, t1553,
+        t1554, t1555, t1556, t1557, t1558, t1559, t1560, t1561_1562, t1563_1564, t1565_1566, t1567_1568, t1569_1570,
+        t1571_1572, t1573_1574, t1575, t1576_1577, t1578_1579, t1580_1581, t1582_1583, t1584_1585, t1586_1587,
+        t1588_1589, t1590_1591, t1592_1593, t1594_1595, t1596_1597, t1598_1599, t1600_1601, t1602_1603, t1604_1605,
+        t1606, t1607, t1608, t1609, t1610, t1611, t1612, t1613_1614, t1615_1616, t1617_1618, t1619_1620, t1621_1622,
+        t1623_1624, t1625_1626, t1627, t1628, t1629, t1630, t1631, t1632, t1633, t1634, t1635, t1636, t1637, t1638,
+        t1639, t1640, t1641, t1642, t1643, t1644_1645, t1646_1647, t1648_1649, t1650_1651, t1652_1653, t1654_1655,
+        t1656, t1657, t1658, t1659, t1660, t1661_1662, t1663, t1664_1665, t1666_1667, t1668, t1669, t1670, t1671, t1672,
+        t1673, t1674, t1675, t1676, t1677, t1678, t1679, t1680, t1681, t1682, t1683, t1684, t1685, t1686, t1687, t1688,
+        t1689, t1690, t1691, t1692, t1693, t1694, t1695, t1696, t1697, t1698, t1699, t1700, t1701, t1702, t1703, t1704,
         t1705, t1706, t1707, t1708, t1709, t1710, t1711, t1712, t1713, t1714, t1715, t1716, t1717, t1718, t1719, t1720,
-        t1721, t1722, t1723, t1724, t1725, t1726, t1727, t1728, t1729, t1730, t1731, t1732, t1733,
+        t1721, t1722, t1723, t1724, t1725, t1726, t1727, t1728, t1729, t1730, t1731, t1732, t1733, t1734, t1735, t1736,
     );
-    t1401 = cos_q_right_knee_pitch * t1400; // right_lower_leg: wrench handed to its parent
-    t1402 = sin_q_right_ankle_pitch * t1395; // right_ankle: wrench handed to its parent
-    t1403 = R::fused(-cos_q_right_ankle_pitch, t1398, t1402); // right_ankle: wrench handed to its parent
-    t1404 = R::fused(R::constant(0.29034), t1348_1349.first(), t1403); // right_ankle: wrench handed to its parent
-    t1405 = R::fused(-sin_q_right_knee_pitch, t1404, t1401); // right_lower_leg: wrench handed to its parent
-    t1406 = R::fused(R::constant(0.8932), t1354_1355.first(), t1405); // right_lower_leg: wrench handed to its parent
-    t1407 = sin_q_right_hip_pitch * t1406; // right_upper_leg: wrench handed to its parent
-    t1408 = sin_q_right_knee_pitch * t1400; // right_lower_leg: wrench handed to its parent
-    t1409 = R::fused(cos_q_right_knee_pitch, t1404, t1408); // right_lower_leg: wrench handed to its parent
-    t1410 = R::fused(R::constant(0.8932), t1362_1363.first(), t1409); // right_lower_leg: wrench handed to its parent
-    t1411 = R::fused(cos_q_right_hip_pitch, t1410, t1407); // right_upper_leg: wrench handed to its parent
-    t1412 = cos_q_right_hip_yaw * t1411; // right_hip_yaw_link: wrench handed to its parent
-    t1413 = R::fused(sin_q_right_ankle_roll, t1393, t1367_1368.first()); // right_foot: wrench handed to its parent
-    t1414 = R::fused(R::constant(0.0171), t1372_1373.first(), -t1413); // right_foot: wrench handed to its parent
-    t1415 = R::fused(R::constant(0.29034), t1377_1378.first(), -t1414); // right_ankle: wrench handed to its parent
-    t1416 = R::fused(R::constant(0.8932), t1382_1383.first(), t1415); // right_lower_leg: wrench handed to its parent
-    t1417 = cos_q_right_hip_roll * t1416; // right_hip_roll_link: wrench handed to its parent
-    t1418 = cos_q_right_hip_pitch * t1406; // right_upper_leg: wrench handed to its parent
-    t1419 = R::fused(-sin_q_right_hip_pitch, t1410, t1418); // right_upper_leg: wrench handed to its parent
-    t1420 = R::fused(sin_q_right_hip_roll, t1419, t1417); // right_hip_roll_link: wrench handed to its parent
-    t1421 = R::fused(sin_q_right_hip_yaw, t1420, t1412); // right_hip_yaw_link: wrench handed to its parent
-    t1422 = t1390 + t1421; // right_hip_yaw_link: wrench handed to its parent
-    t1423 = tau_base_linear_x - t1422; // other
+    t1421_1422 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t1402_1403;
+    t1423 = t1368_1369.second() + t1396_1397.second(); // left_foot: motion
+    t1424 = R::fused(R::constant(-0.0285), t1423, t1332_1333.second()); // left_foot: wrench handed to its parent
+    t1425 = R::constant(0.0285) * t1410; // right_foot: wrench that its motion needs
+    t1426 = t1368_1369.first() + t1396_1397.first(); // right_foot: motion
+    t1427 = R::fused(R::constant(-0.0285), t1426, t1332_1333.first()); // right_foot: wrench handed to its parent
+    t1428_1429 = t1370_1371 + t1398_1399; // right_foot, left_foot: motion
     // right_foot, left_foot: wrench that its motion needs
-    t1424_1425 = both(R::constant(0.00207575)) * t1270_1271;
-    t1426_1427 = R::Two::fused(both(R::constant(-0.00092625)), t1286_1287, t1424_1425);
-    // right_foot, left_foot: motion
-    t1428_1429 = t1307_1308 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t1430_1431 = R::Two::fused(t1327_1328, two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t1428_1429);
-    t1432_1433 = R::Two::fused(t1280_1281, two(v_right_ankle_roll, v_left_ankle_roll), t1430_1431);
-    t1434_1435 = t1280_1281 * t1298_1299;
-    t1436_1437 = t1432_1433 + t1434_1435;
-    t1438_1439 = R::Two::fused(both(R::constant(-0.000855)), t1436_1437, t1426_1427); // right_foot, left_foot
-    t1440 = v_base_angular_x * v_base_angular_y; // torso: motion
-    t1441 = t1440 * R::constant(0.075); // right_hip_yaw_link: motion
+    t1430_1431 = t1398_1399 * both(R::constant(0.0011495));
+    t1432_1433 = R::Two::fused(both(R::constant(-0.000855)), t1428_1429, t1413_1414);
+    t1434_1435 = R::Two::fused(both(R::constant(0.000855)), t1389_1390, t1430_1431);
+    t1436 = t1428_1429.first() * R::constant(0.15); // other
+    t1437 = R::fused(-t1389_1390.first(), R::constant(0.08), t1436); // other
+    t1438 = R::fused(-cos_q_left_ankle_roll, t1401, t1419_1420.second()); // left_foot: wrench handed to its parent
+    t1439 = R::fused(sin_q_left_ankle_roll, t1401, t1421_1422.second()); // left_foot: wrench handed to its parent
+    t1440 = R::fused(-cos_q_right_ankle_roll, t1425, t1419_1420.first()); // right_foot: wrench handed to its parent
+    t1441 = R::fused(sin_q_right_ankle_roll, t1425, t1421_1422.first()); // right_foot: wrench handed to its parent
+    t1442 = R::fused(R::constant(0.0171), t1394_1395.second(), -t1438); // left_foot: wrench handed to its parent
+    t1443 = R::fused(R::constant(0.0171), t1394_1395.first(), -t1440); // right_foot: wrench handed to its parent
+    t1444 = R::fused(R::constant(0.0171), t1404_1405.second(), -t1439); // left_foot: wrench handed to its parent
+    t1445 = R::fused(R::constant(0.0171), t1404_1405.first(), -t1441); // right_foot: wrench handed to its parent
+    t1446 = t1199 + t1237; // torso: motion
+    t1447 = t1199 - t1237; // torso: motion
+    t1448 = R::fused(t1446, R::constant(9.81), t1198); // torso: motion
     // right_hip_yaw_link, left_hip_yaw_link: motion
-    t1442_1443 = R::Two::fused(both(t1192), two(R::constant(-1.0), R::constant(1.0)), both(t1441));
-    t1444_1445 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1442_1443;
-    t1446 = v_base_angular_x * v_base_angular_x; // torso: motion
-    t1447 = R::fused(v_base_angular_z, v_base_angular_z, t1446); // torso: motion
-    t1448 = t1447 * R::constant(0.075); // right_hip_yaw_link: motion
-    // torso: motion
-    t1449 = v_base_angular_z * v_base_linear_x;
-    t1450 = R::fused(-v_base_angular_x, v_base_linear_z, t1449);
-    t1451 = q_base_qy * t1187;
-    t1452 = q_base_qx * R::constant(2.0);
-    t1453 = q_base_qw * t1452;
-    t1454 = t1451 + t1453;
-    t1455 = R::fused(t1454, R::constant(9.81), t1450);
-    // right_hip_yaw_link, left_hip_yaw_link: motion
-    t1456_1457 = R::Two::fused(both(t1455), two(R::constant(1.0), R::constant(-1.0)), both(t1448));
-    t1458_1459 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1456_1457, t1444_1445);
-    t1460_1461 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1458_1459; // right_hip_roll_link, left_hip_roll_link
-    t1462 = v_base_angular_y * v_base_angular_z; // torso: motion
-    t1463 = t1462 * R::constant(0.075); // right_hip_yaw_link: motion
-    // torso: motion
-    t1464 = v_base_angular_x * v_base_linear_y;
-    t1465 = R::fused(-v_base_angular_y, v_base_linear_x, t1464);
-    t1466 = q_base_qx * t1452;
-    t1467 = q_base_qy * t1189;
-    t1468 = t1466 + t1467;
-    t1469 = R::constant(1.0) - t1468;
-    t1470 = R::fused(t1469, R::constant(9.81), t1465);
-    t1471_1472 = R::Two::fused(both(t1470), two(R::constant(-1.0), R::constant(1.0)), both(t1463));
-    t1473_1474 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1471_1472, t1460_1461);
-    t1475_1476 = R::Two::fused(t1382_1383, both(R::constant(0.315)), t1473_1474 * two(R::constant(-1.0), R::constant(1.0)));
-    t1477_1478 = R::Two::fused(t1377_1378, both(R::constant(0.273)), t1475_1476); // right_ankle, left_ankle: motion
-    t1479_1480 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t1477_1478; // right_foot, left_foot: motion
-    // right_hip_roll_link, left_hip_roll_link: motion
-    t1481_1482 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1458_1459;
-    t1483_1484 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1471_1472, t1481_1482);
-    t1485_1486 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t1483_1484; // right_upper_leg, left_upper_leg
-    // right_hip_yaw_link, left_hip_yaw_link: motion
-    t1487_1488 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1442_1443;
-    t1489_1490 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1456_1457, t1487_1488);
-    t1491_1492 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1489_1490, t1485_1486);
-    // right_lower_leg, left_lower_leg: motion
-    t1493_1494 = R::Two::fused(t1354_1355, both(R::constant(0.315)), t1491_1492 * two(R::constant(-1.0), R::constant(1.0)));
-    t1495_1496 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t1493_1494;
-    // right_upper_leg, left_upper_leg: motion
-    t1497_1498 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t1483_1484;
-    t1499_1500 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1489_1490, t1497_1498);
-    // right_lower_leg, left_lower_leg: motion
-    t1501_1502 = R::Two::fused(t1362_1363, both(R::constant(0.315)), t1499_1500 * two(R::constant(1.0), R::constant(-1.0)));
-    t1503_1504 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t1501_1502, t1495_1496);
-    // right_ankle, left_ankle: motion
-    t1505_1506 = R::Two::fused(t1340_1341, both(R::constant(0.273)), t1503_1504);
-    t1507_1508 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t1505_1506;
-    // right_lower_leg, left_lower_leg: motion
-    t1509_1510 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t1493_1494;
-    t1511_1512 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t1501_1502, t1509_1510);
-    // right_ankle, left_ankle: motion
-    t1513_1514 = R::Two::fused(t1348_1349, both(R::constant(0.273)), -t1511_1512);
-    t1515_1516 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t1513_1514, t1507_1508);
-    t1517_1518 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t1515_1516, t1479_1480);
-    t1519_1520 = R::Two::fused(both(R::constant(0.0285)), t1517_1518, t1438_1439); // right_foot, left_foot
-    t1521_1522 = two(tau_right_ankle_roll, tau_left_ankle_roll) + t1519_1520; // other
-    t1523 = R::fused(-t1521_1522.second(), t32_33.second(), t1423); // solved by the factors
-    t1524 = R::fused(-t1521_1522.first(), t32_33.first(), t1523); // solved by the factors
-    // right_ankle, left_ankle: wrench that its motion needs
-    t1525_1526 = both(R::constant(0.00383375)) * t1307_1308;
-    t1527_1528 = R::Two::fused(both(R::constant(-0.00382375)), t1309_1310, t1525_1526);
-    t1529_1530 = R::Two::fused(both(R::constant(0.0171)), t1515_1516, t1527_1528);
-    // right_foot, left_foot: wrench that its motion needs
-    t1531_1532 = both(R::constant(0.00092625)) * t1331_1332;
-    t1533_1534 = R::Two::fused(both(R::constant(0.00207575)), t1333_1334, t1531_1532);
-    t1535 = R::fused(-t1284_1285.second(), t1284_1285.second(), t1300_1301.second()); // left_foot
-    t1536 = R::fused(R::constant(0.000855), t1535, t1533_1534.second()); // left_foot: wrench that its motion needs
-    // right_ankle, left_ankle: motion
-    t1537_1538 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t1505_1506;
-    t1539_1540 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t1513_1514, t1537_1538);
-    t1541 = R::fused(R::constant(-0.0285), t1539_1540.second(), t1536); // left_foot: wrench that its motion needs
-    t1542 = cos_q_left_ankle_roll * t1541; // left_foot: wrench handed to its parent
-    // right_foot, left_foot: wrench that its motion needs
-    t1543_1544 = t1434_1435 * both(R::constant(0.0011495));
-    t1545_1546 = R::Two::fused(both(R::constant(0.000855)), t1288_1289, t1543_1544);
-    t1547 = R::fused(-sin_q_left_ankle_roll, t1545_1546.second(), t1542); // left_foot: wrench handed to its parent
-    t1548 = t1529_1530.second() + t1547; // left_foot: wrench handed to its parent
-    t1549 = tau_left_ankle_pitch + t1548; // other
-    t1550 = R::fused(t1521_1522.second(), t66, t1549); // solved by the factors
-    t1551 = R::fused(-t80, t1550, t1524); // solved by the factors
-    t1552 = t1284_1285.first() * t1284_1285.first(); // right_foot: motion
-    t1553 = t1300_1301.first() - t1552; // right_foot: wrench that its motion needs
-    t1554 = R::fused(R::constant(0.000855), t1553, t1533_1534.first()); // right_foot: wrench that its motion needs
-    t1555 = R::fused(R::constant(-0.0285), t1539_1540.first(), t1554); // right_foot: wrench that its motion needs
-    t1556 = cos_q_right_ankle_roll * t1555; // right_foot: wrench handed to its parent
-    t1557 = R::fused(-sin_q_right_ankle_roll, t1545_1546.first(), t1556); // right_foot: wrench handed to its parent
-    t1558 = t1529_1530.first() + t1557; // right_foot: wrench handed to its parent
-    t1559 = tau_right_ankle_pitch + t1558; // other
-    t1560 = R::fused(t1521_1522.first(), t82, t1559); // solved by the factors
-    t1561 = R::fused(-t86, t1560, t1551); // solved by the factors
-    // right_lower_leg, left_lower_leg: wrench that its motion needs
-    t1562_1563 = both(R::constant(0.06634781167)) * t1307_1308;
-    t1564_1565 = R::Two::fused(both(R::constant(0.065449478333)), t1346_1347, t1562_1563);
-    t1566_1567 = R::Two::fused(both(R::constant(-0.29034)), t1511_1512, t1564_1565);
-    t1568 = t1566_1567.second() + t1548; // left_ankle: wrench handed to its parent
-    t1569 = R::fused(R::constant(0.273), t1345, t1568); // left_ankle: wrench handed to its parent
-    t1570 = tau_left_knee_pitch + t1569; // other
-    t1571 = R::fused(t1521_1522.second(), t110_111.second(), t1570); // solved by the factors
-    t1572 = R::fused(-t117, t1550, t1571); // solved by the factors
-    t1573 = R::fused(-t129, t1572, t1561); // solved by the factors
-    t1574 = t1566_1567.first() + t1558; // right_ankle: wrench handed to its parent
-    t1575 = R::fused(R::constant(0.273), t1403, t1574); // right_ankle: wrench handed to its parent
-    t1576 = tau_right_knee_pitch + t1575; // other
-    t1577 = R::fused(t1521_1522.first(), t110_111.first(), t1576); // solved by the factors
-    t1578 = R::fused(-t132, t1560, t1577); // solved by the factors
-    t1579 = R::fused(-t136, t1578, t1573); // solved by the factors
-    // right_upper_leg, left_upper_leg: wrench that its motion needs
-    t1580_1581 = both(R::constant(0.24091175)) * t1307_1308;
-    t1582_1583 = R::Two::fused(both(R::constant(0.23740175003)), t1360_1361, t1580_1581);
-    t1584_1585 = R::Two::fused(two(R::constant(0.8932), R::constant(-0.8932)), t1499_1500, t1582_1583);
-    t1586 = t1584_1585.second() + t1569; // left_lower_leg: wrench handed to its parent
-    t1587 = R::fused(R::constant(0.315), t1359, t1586); // left_lower_leg: wrench handed to its parent
-    t1588 = tau_left_hip_pitch + t1587; // other
-    // solved by the factors
-    t1589 = R::fused(t1521_1522.second(), t152_153.second(), t1588);
-    t1590 = R::fused(-t159, t1550, t1589);
-    t1591 = R::fused(-t166, t1572, t1590);
-    t1592 = R::fused(t179, t1591, t1579);
-    t1593 = t1584_1585.first() + t1575; // right_lower_leg: wrench handed to its parent
-    t1594 = R::fused(R::constant(0.315), t1409, t1593); // right_lower_leg: wrench handed to its parent
-    t1595 = tau_right_hip_pitch + t1594; // other
-    t1596 = R::fused(t1521_1522.first(), t152_153.first(), t1595);
-    t1597 = R::fused(-t182, t1560, t1596);
-    t1598 = R::fused(-t185, t1578, t1597);
-    t1599 = R::fused(t190, t1598, t1592);
-    t1600_1601 = both(R::constant(0.3067920617)) * t1216_1217; // right_hip_yaw_link, left_hip_yaw_link
-    t1602_1603 = t1210_1211 * t1222_1223; // right_hip_roll_link, left_hip_roll_link: motion
-    t1604_1605 = R::Two::fused(both(R::constant(0.3067820617)), t1602_1603, t1600_1601);
-    t1606_1607 = both(R::constant(0.23740175003)) * t1230_1231; // right_upper_leg, left_upper_leg
-    t1608_1609 = t1228_1229 * t1272_1273; // right_upper_leg, left_upper_leg: motion
-    t1610_1611 = R::Two::fused(both(R::constant(-0.24091175)), t1608_1609, t1606_1607);
-    t1612_1613 = both(R::constant(0.065449478333)) * t1250_1251; // right_lower_leg, left_lower_leg
-    t1614_1615 = t1248_1249 * t1274_1275; // right_lower_leg, left_lower_leg: motion
-    t1616_1617 = R::Two::fused(both(R::constant(-0.06634781167)), t1614_1615, t1612_1613);
-    // right_ankle, left_ankle: wrench that its motion needs
-    t1618_1619 = both(R::constant(0.00382375)) * t1327_1328;
-    t1620_1621 = R::Two::fused(both(R::constant(0.00383375)), t1370_1371, t1618_1619);
-    t1622_1623 = R::Two::fused(both(R::constant(-0.0171)), t1477_1478, t1620_1621);
-    t1624 = sin_q_left_ankle_roll * t1541; // left_foot: wrench handed to its parent
-    t1625 = R::fused(cos_q_left_ankle_roll, t1545_1546.second(), t1624); // left_foot: wrench handed to its parent
-    t1626 = t1622_1623.second() - t1625; // left_foot: wrench handed to its parent
-    t1627 = cos_q_left_ankle_pitch * t1626; // left_ankle: wrench handed to its parent
-    t1628_1629 = t1268_1269 * t1276_1277; // right_ankle, left_ankle: motion
-    t1630_1631 = R::Two::fused(t1628_1629, both(R::constant(0.00001)), -t1519_1520); // right_foot, left_foot
-    t1632 = R::fused(-sin_q_left_ankle_pitch, t1630_1631.second(), t1627); // left_ankle: wrench handed to its parent
-    t1633 = t1616_1617.second() - t1632; // left_ankle: wrench handed to its parent
-    t1634 = cos_q_left_knee_pitch * t1633; // left_lower_leg: wrench handed to its parent
-    // right_lower_leg, left_lower_leg: wrench that its motion needs
-    t1635_1636 = t1375_1376 * both(R::constant(0.131797290003));
-    t1637_1638 = R::Two::fused(both(R::constant(-0.29034)), t1475_1476, t1635_1636);
+    t1449_1450 = R::Two::fused(both(t1448), two(R::constant(1.0), R::constant(-1.0)), both(t1233));
+    t1451_1452 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1449_1450, t1415_1416);
+    t1453_1454 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1449_1450, t1417_1418);
+    t1455 = t1247 * R::constant(0.075); // right_hip_yaw_link: motion
+    t1456 = v_base_angular_x * v_base_linear_y; // torso: motion
+    t1457 = R::fused(-v_base_angular_y, v_base_linear_x, t1456); // torso: motion
     // left_ankle: wrench handed to its parent
-    t1639 = sin_q_left_ankle_pitch * t1626;
-    t1640 = R::fused(cos_q_left_ankle_pitch, t1630_1631.second(), t1639);
-    t1641 = t1637_1638.second() + t1640;
-    t1642 = R::fused(R::constant(0.273), t1374, t1641);
-    t1643 = R::fused(sin_q_left_knee_pitch, t1642, t1634); // left_lower_leg: wrench handed to its parent
-    t1644 = t1610_1611.second() + t1643; // left_lower_leg: wrench handed to its parent
-    t1645 = sin_q_left_hip_pitch * t1644; // left_upper_leg: wrench handed to its parent
-    // right_upper_leg, left_upper_leg: wrench that its motion needs
-    t1646_1647 = t1380_1381 * both(R::constant(0.47831350003));
-    t1648_1649 = R::Two::fused(two(R::constant(0.8932), R::constant(-0.8932)), t1473_1474, t1646_1647);
-    // left_lower_leg: wrench handed to its parent
-    t1650 = sin_q_left_knee_pitch * t1633;
-    t1651 = R::fused(-cos_q_left_knee_pitch, t1642, t1650);
-    t1652 = t1648_1649.second() - t1651;
-    t1653 = R::fused(R::constant(-0.315), t1379, t1652);
-    t1654 = R::fused(-cos_q_left_hip_pitch, t1653, t1645); // left_upper_leg: wrench handed to its parent
-    t1655 = t1604_1605.second() + t1654; // left_upper_leg: wrench handed to its parent
-    t1656 = tau_left_hip_roll + t1655; // other
-    // solved by the factors
-    t1657 = R::fused(-t1521_1522.second(), t224_225.second(), t1656);
-    t1658 = R::fused(t253, t1550, t1657);
-    t1659 = R::fused(-t268, t1572, t1658);
-    t1660 = R::fused(-t278, t1591, t1659);
-    t1661 = R::fused(-t360, t1660, t1599);
-    t1662 = sin_q_right_ankle_roll * t1555; // right_foot: wrench handed to its parent
-    t1663 = R::fused(cos_q_right_ankle_roll, t1545_1546.first(), t1662); // right_foot: wrench handed to its parent
-    t1664 = t1622_1623.first() - t1663; // right_foot: wrench handed to its parent
-    t1665 = cos_q_right_ankle_pitch * t1664; // right_ankle: wrench handed to its parent
-    t1666 = R::fused(-sin_q_right_ankle_pitch, t1630_1631.first(), t1665); // right_ankle: wrench handed to its parent
-    t1667 = t1616_1617.first() - t1666; // right_ankle: wrench handed to its parent
-    t1668 = cos_q_right_knee_pitch * t1667; // right_lower_leg: wrench handed to its parent
+    t1458 = cos_q_left_ankle_pitch * t1442;
+    t1459 = sin_q_left_ankle_pitch * t1442;
+    t1460 = R::fused(sin_q_left_ankle_pitch, t1424, t1458);
+    t1461 = R::fused(-cos_q_left_ankle_pitch, t1424, t1459);
+    t1462 = R::fused(R::constant(0.29034), t1336_1337.second(), t1460);
+    t1463 = R::fused(R::constant(0.29034), t1358_1359.second(), -t1444);
     // right_ankle: wrench handed to its parent
-    t1669 = sin_q_right_ankle_pitch * t1664;
-    t1670 = R::fused(cos_q_right_ankle_pitch, t1630_1631.first(), t1669);
-    t1671 = t1637_1638.first() + t1670;
-    t1672 = R::fused(R::constant(0.273), t1414, t1671);
-    t1673 = R::fused(sin_q_right_knee_pitch, t1672, t1668); // right_lower_leg: wrench handed to its parent
-    t1674 = t1610_1611.first() + t1673; // right_lower_leg: wrench handed to its parent
-    t1675 = sin_q_right_hip_pitch * t1674; // right_upper_leg: wrench handed to its parent
+    t1464 = cos_q_right_ankle_pitch * t1443;
+    t1465 = sin_q_right_ankle_pitch * t1443;
+    t1466 = R::fused(sin_q_right_ankle_pitch, t1427, t1464);
+    t1467 = R::fused(-cos_q_right_ankle_pitch, t1427, t1465);
+    t1468 = R::fused(R::constant(0.29034), t1336_1337.first(), t1466);
+    t1469 = R::fused(R::constant(0.29034), t1358_1359.first(), -t1445);
+    t1470 = q_base_qy * t1180; // torso: motion
+    t1471 = q_base_qx * t1180; // torso: motion
+    t1472 = R::fused(R::constant(0.8932), t1306_1307.second(), t1463); // left_lower_leg: wrench handed to its parent
+    // right_ankle, left_ankle: wrench that its motion needs
+    t1473_1474 = both(R::constant(0.00383375)) * t1226_1227;
+    t1475_1476 = R::Two::fused(both(R::constant(-0.00382375)), t1379_1380, t1473_1474);
+    t1477 = R::fused(R::constant(0.29034), t1385_1386.second(), t1461); // left_ankle: wrench handed to its parent
+    t1478_1479 = both(R::constant(0.00092625)) * t1368_1369; // right_foot, left_foot: wrench that its motion needs
+    t1480 = t1368_1369.first() - t1396_1397.first(); // right_foot: motion
+    t1481_1482 = R::Two::fused(both(R::constant(0.00207575)), t1396_1397, t1478_1479); // right_foot, left_foot
+    t1483 = t1480 * R::constant(0.15); // other
+    t1484 = R::fused(t1410, R::constant(0.08), t1483); // other
+    // left_lower_leg: wrench handed to its parent
+    t1485 = cos_q_left_knee_pitch * t1462;
+    t1486 = sin_q_left_knee_pitch * t1462;
+    t1487 = R::fused(-sin_q_left_knee_pitch, t1477, t1485);
+    t1488 = R::fused(cos_q_left_knee_pitch, t1477, t1486);
+    t1489 = R::fused(R::constant(0.8932), t1270_1271.second(), t1487);
+    t1490 = cos_q_left_hip_roll * t1472; // left_hip_roll_link: wrench handed to its parent
+    t1491 = sin_q_left_hip_roll * t1472; // left_hip_roll_link: wrench handed to its parent
+    t1492 = cos_q_right_knee_pitch * t1468; // right_lower_leg: wrench handed to its parent
+    t1493 = sin_q_right_knee_pitch * t1468; // right_lower_leg: wrench handed to its parent
+    t1494 = R::fused(R::constant(0.29034), t1385_1386.first(), t1467); // right_ankle: wrench handed to its parent
     // right_lower_leg: wrench handed to its parent
-    t1676 = sin_q_right_knee_pitch * t1667;
-    t1677 = R::fused(-cos_q_right_knee_pitch, t1672, t1676);
-    t1678 = t1648_1649.first() - t1677;
-    t1679 = R::fused(R::constant(-0.315), t1415, t1678);
-    t1680 = R::fused(-cos_q_right_hip_pitch, t1679, t1675); // right_upper_leg: wrench handed to its parent
-    t1681 = t1604_1605.first() + t1680; // right_upper_leg: wrench handed to its parent
-    t1682 = tau_right_hip_roll + t1681; // other
+    t1495 = R::fused(-sin_q_right_knee_pitch, t1494, t1492);
+    t1496 = R::fused(cos_q_right_knee_pitch, t1494, t1493);
+    t1497 = R::fused(R::constant(0.8932), t1270_1271.first(), t1495);
+    t1498 = R::fused(R::constant(0.8932), t1306_1307.first(), t1469);
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t1499_1500 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1451_1452;
+    t1501_1502 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1451_1452;
+    t1503 = R::fused(R::constant(0.8932), t1387_1388.second(), t1488); // left_lower_leg: wrench handed to its parent
+    t1504 = t1238 + t1470; // torso: motion
+    t1505 = R::constant(1.0) - t1504; // torso: motion
+    t1506 = R::fused(t1505, R::constant(9.81), t1457); // torso: motion
+    t1507_1508 = R::Two::fused(both(t1506), two(R::constant(-1.0), R::constant(1.0)), both(t1455));
+    t1509 = R::fused(R::constant(-19.0), t1506, t1234); // torso: wrench that its motion needs
+    t1510_1511 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1507_1508, t1499_1500);
+    t1512_1513 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1507_1508, t1501_1502);
+    t1514_1515 = R::Two::fused(t1306_1307, both(R::constant(0.315)), t1510_1511 * two(R::constant(-1.0), R::constant(1.0)));
+    t1516_1517 = R::Two::fused(two(R::constant(0.8932), R::constant(-0.8932)), t1510_1511, t1308_1309);
+    t1518_1519 = R::Two::fused(t1358_1359, both(R::constant(0.273)), t1514_1515); // right_ankle, left_ankle: motion
+    t1520_1521 = R::Two::fused(both(R::constant(-0.29034)), t1514_1515, t1360_1361); // right_lower_leg, left_lower_leg
+    t1522_1523 = R::Two::fused(both(R::constant(-0.0171)), t1518_1519, t1408_1409); // right_ankle, left_ankle
+    // left_upper_leg: wrench handed to its parent
+    t1524 = sin_q_left_hip_pitch * t1489;
+    t1525 = cos_q_left_hip_pitch * t1489;
+    t1526 = R::fused(cos_q_left_hip_pitch, t1503, t1524);
+    t1527 = R::fused(-sin_q_left_hip_pitch, t1503, t1525);
+    t1528 = R::fused(sin_q_left_hip_roll, t1527, t1490); // left_hip_roll_link: wrench handed to its parent
+    t1529 = R::fused(-cos_q_left_hip_roll, t1527, t1491); // left_hip_roll_link: wrench handed to its parent
+    t1530 = t1509 + t1529; // left_hip_yaw_link: wrench handed to its parent
+    t1531 = sin_q_right_hip_pitch * t1497; // right_upper_leg: wrench handed to its parent
+    t1532 = cos_q_right_hip_pitch * t1497; // right_upper_leg: wrench handed to its parent
+    t1533 = R::fused(R::constant(0.8932), t1387_1388.first(), t1496); // right_lower_leg: wrench handed to its parent
+    t1534 = R::fused(cos_q_right_hip_pitch, t1533, t1531); // right_upper_leg: wrench handed to its parent
+    t1535 = R::fused(-sin_q_right_hip_pitch, t1533, t1532); // right_upper_leg: wrench handed to its parent
+    // right_hip_roll_link: wrench handed to its parent
+    t1536 = cos_q_right_hip_roll * t1498;
+    t1537 = sin_q_right_hip_roll * t1498;
+    t1538 = R::fused(sin_q_right_hip_roll, t1535, t1536);
+    t1539 = R::fused(-cos_q_right_hip_roll, t1535, t1537);
+    t1540 = t1539 + t1530; // right_hip_yaw_link: wrench handed to its parent
+    t1541 = tau_base_linear_z + t1540; // other
+    // left_hip_yaw_link: wrench handed to its parent
+    t1542 = cos_q_left_hip_yaw * t1526;
+    t1543 = sin_q_left_hip_yaw * t1526;
+    t1544 = R::fused(sin_q_left_hip_yaw, t1528, t1542);
+    t1545 = R::fused(-cos_q_left_hip_yaw, t1528, t1543);
+    t1546 = t1204 + t1544;
+    t1547 = R::fused(-t1322_1323.second(), t1322_1323.second(), t1392_1393.second()); // left_foot
+    t1548 = t1322_1323.first() * t1322_1323.first(); // right_foot: motion
+    t1549 = R::fused(R::constant(0.000855), t1547, t1481_1482.second()); // left_foot: wrench that its motion needs
+    t1550 = t1392_1393.first() - t1548; // right_foot: wrench that its motion needs
+    t1551 = t1391 + t1548; // right_foot: motion
+    t1552 = R::fused(R::constant(0.000855), t1550, t1481_1482.first()); // right_foot: wrench that its motion needs
+    t1553 = t1551 * R::constant(0.15); // other
+    t1554 = R::fused(-t1426, R::constant(0.08), t1553); // other
+    // right_hip_yaw_link: wrench handed to its parent
+    t1555 = cos_q_right_hip_yaw * t1534;
+    t1556 = sin_q_right_hip_yaw * t1534;
+    t1557 = R::fused(sin_q_right_hip_yaw, t1538, t1555);
+    t1558 = R::fused(-cos_q_right_hip_yaw, t1538, t1556);
+    t1559 = t1546 + t1557;
+    t1560 = tau_base_linear_x - t1559; // other
+    // right_upper_leg, left_upper_leg: motion
+    t1561_1562 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t1512_1513;
+    t1563_1564 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t1512_1513;
+    t1565_1566 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1453_1454, t1561_1562);
+    t1567_1568 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1453_1454, t1563_1564);
+    // right_lower_leg, left_lower_leg: motion
+    t1569_1570 = R::Two::fused(t1270_1271, both(R::constant(0.315)), t1565_1566 * two(R::constant(-1.0), R::constant(1.0)));
+    t1571_1572 = R::Two::fused(t1387_1388, both(R::constant(0.315)), t1567_1568 * two(R::constant(1.0), R::constant(-1.0)));
+    t1573_1574 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t1518_1519; // right_foot, left_foot: motion
+    t1575 = sin_q_right_ankle_roll * t1518_1519.first(); // right_foot: motion
+    // right_lower_leg, left_lower_leg: wrench that its motion needs
+    t1576_1577 = both(R::constant(0.06634781167)) * t1226_1227;
+    t1578_1579 = R::Two::fused(both(R::constant(0.065449478333)), t1338_1339, t1576_1577);
+    // right_upper_leg, left_upper_leg: wrench that its motion needs
+    t1580_1581 = both(R::constant(0.24091175)) * t1226_1227;
+    t1582_1583 = R::Two::fused(both(R::constant(0.23740175003)), t1282_1283, t1580_1581);
+    t1584_1585 = R::Two::fused(two(R::constant(0.8932), R::constant(-0.8932)), t1567_1568, t1582_1583);
+    t1586_1587 = both(R::constant(0.3067820617)) * t1226_1227; // right_hip_roll_link, left_hip_roll_link
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t1588_1589 = t1210_1211 * t1216_1217;
+    t1590_1591 = t1216_1217 * t1218_1219;
+    t1592_1593 = t1210_1211 * t1218_1219;
+    // right_hip_roll_link, left_hip_roll_link: wrench that its motion needs
+    t1594_1595 = R::Two::fused(both(R::constant(0.3067920617)), t1590_1591, t1586_1587);
+    t1596_1597 = R::Two::fused(both(R::constant(0.3067820617)), t1588_1589, t1256_1257);
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t1598_1599 = t1183_1184 * t1187_1188;
+    t1600_1601 = t1187_1188 * t1193_1194;
+    t1602_1603 = t1183_1184 * t1193_1194;
+    t1604_1605 = R::Two::fused(both(R::constant(-0.3068020617)), t1600_1601, t1256_1257);
+    // torso: wrench that its motion needs
+    t1606 = t1247 * R::constant(1.2449557904);
+    t1607 = R::constant(2.444) * t1247;
+    t1608 = R::fused(R::constant(2.444), t1448, t1606);
+    t1609 = R::fused(R::constant(19.0), t1448, t1607);
+    t1610 = t1609 + t1545; // left_hip_yaw_link: wrench handed to its parent
+    t1611 = t1610 + t1558; // right_hip_yaw_link: wrench handed to its parent
+    t1612 = tau_base_linear_y - t1611; // other
+    // right_lower_leg, left_lower_leg: motion
+    t1613_1614 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t1569_1570;
+    t1615_1616 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t1569_1570;
+    t1617_1618 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t1571_1572, t1613_1614);
+    t1619_1620 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t1571_1572, t1615_1616);
+    // right_ankle, left_ankle: motion
+    t1621_1622 = R::Two::fused(t1336_1337, both(R::constant(0.273)), t1617_1618);
+    t1623_1624 = R::Two::fused(t1385_1386, both(R::constant(0.273)), -t1619_1620);
+    t1625_1626 = R::Two::fused(both(R::constant(-0.29034)), t1619_1620, t1578_1579); // right_lower_leg, left_lower_leg
+    // other
+    t1627 = cos_q_right_knee_pitch * sin_q_right_ankle_pitch;
+    t1628 = R::fused(sin_q_right_knee_pitch, cos_q_right_ankle_pitch, t1627);
+    t1629 = sin_q_right_knee_pitch * sin_q_right_ankle_pitch;
+    t1630 = R::fused(-cos_q_right_knee_pitch, cos_q_right_ankle_pitch, t1629);
+    t1631 = cos_q_right_ankle_roll * R::constant(0.08);
+    t1632 = cos_q_right_ankle_pitch * cos_q_right_ankle_roll;
+    t1633 = cos_q_right_ankle_pitch * sin_q_right_ankle_roll;
+    t1634 = sin_q_right_ankle_pitch * cos_q_right_ankle_roll;
+    t1635 = sin_q_right_ankle_pitch * sin_q_right_ankle_roll;
+    t1636 = sin_q_right_hip_roll * cos_q_right_ankle_roll;
+    t1637 = sin_q_right_hip_roll * sin_q_right_ankle_roll;
+    t1638 = cos_q_right_hip_roll * sin_q_right_ankle_roll;
+    t1639 = cos_q_right_hip_roll * cos_q_right_ankle_roll;
+    t1640 = R::fused(R::constant(0.273), t1632, R::constant(0.08));
+    t1641 = R::constant(0.273) * t1633;
+    t1642 = sin_q_right_hip_pitch * t1628;
+    t1643 = R::fused(cos_q_right_hip_pitch, t1630, t1642);
+    // right_ankle, left_ankle: motion
+    t1644_1645 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t1621_1622;
+    t1646_1647 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t1621_1622;
+    t1648_1649 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t1623_1624, t1644_1645);
+    t1650_1651 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t1623_1624, t1646_1647);
+    t1652_1653 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t1648_1649, t1573_1574);
+    t1654_1655 = R::Two::fused(both(R::constant(0.0171)), t1648_1649, t1475_1476); // right_ankle, left_ankle
+    t1656 = R::fused(cos_q_right_ankle_roll, t1648_1649.first(), t1575); // right_foot: motion
+    t1657 = t1656 + t1484; // other
+    t1658 = R::fused(R::constant(-0.0285), t1650_1651.second(), t1549); // left_foot: wrench that its motion needs
+    t1659 = R::fused(R::constant(-0.0285), t1650_1651.first(), t1552); // right_foot: wrench that its motion needs
+    t1660 = t1650_1651.first() + t1554; // other
+    t1661_1662 = R::Two::fused(both(R::constant(0.0285)), t1652_1653, t1432_1433); // right_foot, left_foot
+    t1663 = t1652_1653.first() - t1437; // other
+    t1664_1665 = R::Two::fused(t1383_1384, both(R::constant(0.00001)), -t1661_1662); // right_foot, left_foot
+    t1666_1667 = two(tau_right_ankle_roll, tau_left_ankle_roll) + t1661_1662; // other
     // solved by the factors
-    t1683 = R::fused(-t1521_1522.first(), t224_225.first(), t1682);
-    t1684 = R::fused(t363, t1560, t1683);
-    t1685 = R::fused(-t366, t1578, t1684);
-    t1686 = R::fused(-t370, t1598, t1685);
-    t1687 = R::fused(-t376, t1686, t1661);
-    t1688_1689 = both(R::constant(0.3067820617)) * t1307_1308; // right_hip_roll_link, left_hip_roll_link
-    t1690_1691 = t1222_1223 * t1226_1227; // right_hip_roll_link, left_hip_roll_link: motion
-    t1692_1693 = R::Two::fused(both(R::constant(0.3067920617)), t1690_1691, t1688_1689);
-    t1694 = t1692_1693.second() - t1587; // left_upper_leg: wrench handed to its parent
-    t1695 = sin_q_left_hip_roll * t1694; // left_hip_roll_link: wrench handed to its parent
-    t1696 = cos_q_left_hip_pitch * t1644; // left_upper_leg: wrench handed to its parent
-    t1697 = R::fused(sin_q_left_hip_pitch, t1653, t1696); // left_upper_leg: wrench handed to its parent
-    t1698_1699 = t1210_1211 * t1226_1227; // right_hip_roll_link, left_hip_roll_link: motion
-    t1700 = R::fused(t1698_1699.second(), R::constant(0.6135741234), -t1697); // left_upper_leg
-    t1701 = R::fused(cos_q_left_hip_roll, t1700, t1695); // left_hip_roll_link: wrench handed to its parent
-    t1702_1703 = t1196_1197 * t1204_1205; // right_hip_yaw_link, left_hip_yaw_link: motion
-    t1704 = R::fused(R::constant(0.3067920617), t1702_1703.second(), -t1701); // left_hip_roll_link
-    t1705 = tau_left_hip_yaw + t1704; // other
-    t1706 = R::fused(t1521_1522.second(), t394_395.second(), t1705);
-    t1707 = R::fused(-t407, t1550, t1706);
-    t1708 = R::fused(-t420, t1572, t1707);
-    t1709 = R::fused(-t432, t1591, t1708);
-    t1710 = R::fused(-t449, t1660, t1709);
-    t1711 = R::fused(-t478, t1710, t1687);
-    t1712 = t1692_1693.first() - t1594; // right_upper_leg: wrench handed to its parent
-    t1713 = sin_q_right_hip_roll * t1712; // right_hip_roll_link: wrench handed to its parent
-    t1714 = cos_q_right_hip_pitch * t1674; // right_upper_leg: wrench handed to its parent
-    t1715 = R::fused(sin_q_right_hip_pitch, t1679, t1714); // right_upper_leg: wrench handed to its parent
-    t1716 = R::fused(t1698_1699.first(), R::constant(0.6135741234), -t1715); // right_upper_leg
-    t1717 = R::fused(cos_q_right_hip_roll, t1716, t1713); // right_hip_roll_link: wrench handed to its parent
-    t1718 = R::fused(R::constant(0.3067920617), t1702_1703.first(), -t1717); // right_hip_roll_link
-    t1719 = tau_right_hip_yaw + t1718; // other
-    t1720 = R::fused(t1521_1522.first(), t394_395.first(), t1719);
-    t1721 = R::fused(-t481, t1560, t1720);
-    t1722 = R::fused(-t484, t1578, t1721);
-    t1723 = R::fused(-t488, t1598, t1722);
-    t1724 = R::fused(-t493, t1686, t1723);
-    t1725 = R::fused(-t500, t1724, t1711);
-    t1726 = R::fused(t1440, R::constant(0.098295), t1704); // left_hip_yaw_link: wrench handed to its parent
-    t1727 = R::fused(R::constant(0.075), t1389, t1726); // left_hip_yaw_link: wrench handed to its parent
-    t1728 = t1718 + t1727; // right_hip_yaw_link: wrench handed to its parent
-    t1729 = R::fused(R::constant(-0.075), t1421, t1728); // right_hip_yaw_link: wrench handed to its parent
-    t1730 = tau_base_angular_z + t1729; // other
-    t1731 = R::fused(t1521_1522.second(), t505_506.second(), t1730);
-    t1732 = R::fused(t1521_1522.first(), t505_506.first(), t1731);
-    t1733 = R::fused(-t512, t1550, t1732);
+    t1668 = R::fused(-t1666_1667.second(), t147_148.second(), t1560);
+    t1669 = R::fused(-t1666_1667.second(), t928_929.second(), t1541);
+    t1670 = R::fused(-t1666_1667.second(), t1045_1046.second(), t1612);
+    t1671 = R::fused(-t1666_1667.first(), t147_148.first(), t1668);
+    t1672 = R::fused(-t1666_1667.first(), t928_929.first(), t1669);
+    t1673 = R::fused(-t1666_1667.first(), t1045_1046.first(), t1670);
+    t1674 = cos_q_right_hip_yaw * t1643; // other
+    t1675 = cos_q_right_hip_pitch * t1628; // other
+    t1676 = R::fused(-sin_q_right_hip_pitch, t1630, t1675); // other
+    // left_foot: wrench handed to its parent
+    t1677 = cos_q_left_ankle_roll * t1658;
+    t1678 = sin_q_left_ankle_roll * t1658;
+    t1679 = R::fused(-sin_q_left_ankle_roll, t1434_1435.second(), t1677);
+    t1680 = R::fused(cos_q_left_ankle_roll, t1434_1435.second(), t1678);
+    t1681 = t1654_1655.second() + t1679;
+    t1682 = t1522_1523.second() - t1680;
+    // right_foot: wrench handed to its parent
+    t1683 = cos_q_right_ankle_roll * t1659;
+    t1684 = sin_q_right_ankle_roll * t1659;
+    t1685 = R::fused(-sin_q_right_ankle_roll, t1434_1435.first(), t1683);
+    t1686 = R::fused(cos_q_right_ankle_roll, t1434_1435.first(), t1684);
+    t1687 = t1654_1655.first() + t1685;
+    t1688 = t1522_1523.first() - t1686;
+    t1689 = cos_q_right_ankle_roll * t1640; // other
+    t1690 = R::fused(sin_q_right_ankle_roll, t1641, t1689); // other
+    t1691 = R::fused(-t1631, t153, t1690); // solved by the factors
+    // other
+    t1692 = sin_q_right_hip_roll * t1676;
+    t1693 = cos_q_right_hip_roll * t1676;
+    t1694 = R::fused(sin_q_right_hip_yaw, t1692, t1674);
+    t1695 = cos_q_right_knee_pitch * t1632;
+    t1696 = sin_q_right_knee_pitch * t1632;
+    t1697 = R::fused(-sin_q_right_knee_pitch, t1634, t1695);
+    t1698 = R::fused(cos_q_right_knee_pitch, t1634, t1696);
+    t1699 = R::fused(R::constant(0.315), t1697, t1640);
+    t1700 = cos_q_right_knee_pitch * t1633;
+    t1701 = sin_q_right_knee_pitch * t1633;
+    t1702 = R::fused(-sin_q_right_knee_pitch, t1635, t1700);
+    t1703 = R::fused(cos_q_right_knee_pitch, t1635, t1701);
+    t1704 = R::fused(R::constant(0.315), t1702, t1641);
+    t1705 = tau_left_ankle_pitch + t1681;
+    t1706 = t1625_1626.second() + t1681; // left_ankle: wrench handed to its parent
+    t1707 = R::fused(R::constant(0.273), t1461, t1706); // left_ankle: wrench handed to its parent
+    t1708 = t1625_1626.first() + t1687; // right_ankle: wrench handed to its parent
+    t1709 = R::fused(R::constant(0.273), t1467, t1708); // right_ankle: wrench handed to its parent
+    t1710 = tau_right_ankle_pitch + t1687;
+    // solved by the factors
+    t1711 = R::fused(t1666_1667.second(), t10, t1705);
+    t1712 = R::fused(t1666_1667.first(), t13, t1710);
+    t1713 = R::fused(-t187, t1711, t1671);
+    t1714 = R::fused(-t942, t1711, t1672);
+    t1715 = R::fused(-t1061, t1711, t1673);
+    t1716 = t69 * t1711; // other
+    t1717 = R::fused(-t189, t1712, t1713);
+    t1718 = R::fused(-t944, t1712, t1714);
+    t1719 = R::fused(-t1063, t1712, t1715);
+    // left_ankle: wrench handed to its parent
+    t1720 = cos_q_left_ankle_pitch * t1682;
+    t1721 = sin_q_left_ankle_pitch * t1682;
+    t1722 = R::fused(-sin_q_left_ankle_pitch, t1664_1665.second(), t1720);
+    t1723 = R::fused(cos_q_left_ankle_pitch, t1664_1665.second(), t1721);
+    t1724 = t1354_1355.second() - t1722;
+    t1725 = t1520_1521.second() + t1723;
+    t1726 = R::fused(R::constant(0.273), t1444, t1725);
+    t1727 = tau_left_knee_pitch + t1707; // other
+    t1728 = t1584_1585.second() + t1707; // left_lower_leg: wrench handed to its parent
+    t1729 = R::fused(R::constant(0.315), t1488, t1728); // left_lower_leg: wrench handed to its parent
+    t1730 = t1584_1585.first() + t1709; // right_lower_leg: wrench handed to its parent
+    t1731 = R::fused(R::constant(0.315), t1496, t1730); // right_lower_leg: wrench handed to its parent
+    t1732 = tau_right_knee_pitch + t1709; // other
+    // solved by the factors
+    t1733 = R::fused(t1666_1667.second(), t114_115.second(), t1727);
+    t1734 = R::fused(t1666_1667.first(), t114_115.first(), t1732);
+    t1735 = R::fused(-t146, t1711, t1733);
+    t1736 = R::fused(-t153, t1712, t1734);
     let (
-        t1734, t1735, t1736, t1737, t1738, t1739, t1740, t1741, t1742, t1743, t1744, t1745, t1746_1747, t1748_1749,
-        t1750, t1751, t1752, t1753, t1754_1755, t1756, t1757, t1758, t1759, t1760, t1761, t1762, t1763, t1764, t1765,
-        t1766, t1767, t1768, t1769, t1770, t1771, t1772, t1773, t1774, t1775, t1776, t1777, t1778, t1779, t1780, t1781,
-        t1782, t1783, t1784, t1785, t1786, t1787, t1788, t1789, t1790, t1791, t1792, t1793, t1794, t1795, t1796, t1797,
-        t1798, t1799, t1800, t1801, t1802, t1803, t1804, t1805, t1806, t1807, t1808, t1809, t1810, t1811, t1812, t1813,
-        t1814, t1815, t1816, t1817, t1818, t1819, t1820, t1821, t1822, t1823, t1824, t1825, t1826, t1827, t1828, t1829,
-        t1830, t1831, t1832, t1833, t1834, t1835, t1836, t1837, t1838, t1839, t1840, t1841, t1842, t1843, t1844, t1845,
-        t1846, t1847, t1848, t1849, t1850, t1851, t1852, t1853, t1854, t1855, t1856, t1857, t1858, t1859, t1860, t1861,
-        t1862, t1863, t1864, t1865, t1866, t1867, t1868, t1869, t1870, t1871, t1872, t1873, t1874, t1875, t1876, t1877,
-        t1878, t1879, t1880, t1881, t1882, t1883, t1884, t1885, t1886, t1887, t1888, t1889, t1890, t1891, t1892, t1893,
-        t1894, t1895, t1896, t1897, t1898, t1899, t1900, t1901, t1902, t1903, t1904, t1905, t1906, t1907, t1908, t1909,
-        t1910, t1911, t1912, t1913, t1914, t1915, t1916, t1917, t1918, t1919, t1920, t1921, t1922, t1923, t1924, t1925,
-        t1926, t1927, t1928, t1929, t1930, t1931, t1932, t1933, t1934, t1935, t1936, t1937, t1938, t1939, t1940, t1941,
-        t1942, t1943, t1944, t1945, t1946, t1947, t1948, t1949, t1950, t1951, t1952, t1953, t1954, t1955, t1956, t1957,
-        t1958, t1959, t1960, t1961, t1962, t1963, t1964, t1965, t1966, t1967, t1968, t1969, t1970, t1971, t1972, t1973,
-        t1974, t1975, t1976, t1977, t1978, t1979, t1980, t1981, t1982, t1983, t1984, t1985, t1986, t1987, t1988, t1989,
-        t1990, t1991, t1992,
+        t1737, t1738, t1739, t1740, t1741, t1742, t1743, t1744, t1745, t1746, t1747, t1748, t1749, t1750, t1751, t1752,
+        t1753, t1754, t1755, t1756, t1757, t1758, t1759, t1760, t1761, t1762, t1763, t1764, t1765, t1766, t1767, t1768,
+        t1769, t1770, t1771, t1772, t1773, t1774, t1775, t1776, t1777, t1778, t1779, t1780, t1781, t1782, t1783, t1784,
+        t1785, t1786, t1787, t1788, t1789, t1790, t1791, t1792, t1793, t1794, t1795, t1796, t1797, t1798, t1799, t1800,
+        t1801, t1802, t1803, t1804, t1805, t1806, t1807, t1808, t1809, t1810, t1811, t1812, t1813, t1814, t1815, t1816,
+        t1817, t1818, t1819, t1820, t1821, t1822, t1823, t1824, t1825, t1826, t1827, t1828, t1829, t1830, t1831, t1832,
+        t1833, t1834, t1835, t1836, t1837, t1838, t1839, t1840, t1841, t1842, t1843, t1844, t1845, t1846, t1847, t1848,
+        t1849, t1850, t1851, t1852, t1853, t1854, t1855, t1856, t1857, t1858, t1859, t1860, t1861, t1862, t1863, t1864,
+        t1865, t1866, t1867, t1868, t1869, t1870, t1871, t1872, t1873, t1874, t1875, t1876, t1877, t1878, t1879, t1880,
+        t1881, t1882, t1883, t1884, t1885, t1886, t1887, t1888, t1889, t1890, t1891, t1892, t1893, t1894, t1895, t1896,
+        t1897, t1898, t1899, t1900, t1901, t1902, t1903, t1904, t1905, t1906, t1907, t1908, t1909, t1910, t1911, t1912,
+        t1913, t1914, t1915, t1916, t1917, t1918, t1919, t1920, t1921, t1922, t1923, t1924, t1925, t1926, t1927, t1928,
+        t1929, t1930, t1931, t1932, t1933, t1934, t1935, t1936, t1937, t1938, t1939, t1940, t1941, t1942, t1943, t1944,
+        t1945, t1946, t1947, t1948, t1949, t1950, t1951, t1952, t1953, t1954, t1955, t1956, t1957, t1958, t1959, t1960,
+        t1961, t1962, t1963, t1964, t1965, t1966, t1967, t1968, t1969, t1970, t1971, t1972, t1973, t1974, t1975, t1976,
+        t1977, t1978, t1979, t1980, t1981, t1982, t1983, t1984, t1985, t1986, t1987, t1988, t1989, t1990, t1991, t1992,
     );
-    t1734 = R::fused(-t515, t1560, t1733);
-    t1735 = R::fused(-t522, t1572, t1734);
-    t1736 = R::fused(-t525, t1578, t1735);
-    t1737 = R::fused(-t533, t1591, t1736);
-    t1738 = R::fused(-t537, t1598, t1737);
-    t1739 = R::fused(-t546, t1660, t1738);
-    t1740 = R::fused(-t551, t1686, t1739);
-    t1741 = R::fused(-t561, t1710, t1740);
-    t1742 = R::fused(-t567, t1724, t1741);
-    t1743 = R::fused(-t588, t1742, t1725);
-    t1744 = t1183 * R::constant(1.3432507904); // torso: wrench that its motion needs
-    t1745 = R::fused(R::constant(2.444), t1192, t1744); // torso: wrench that its motion needs
-    t1746_1747 = t1204_1205 * t1208_1209; // right_hip_yaw_link, left_hip_yaw_link: motion
-    t1748_1749 = R::Two::fused(both(R::constant(-0.3068020617)), t1746_1747, t1600_1601);
-    t1750 = t1748_1749.second() - t1655; // left_hip_roll_link: wrench handed to its parent
-    t1751 = sin_q_left_hip_yaw * t1750; // left_hip_yaw_link: wrench handed to its parent
-    t1752 = cos_q_left_hip_roll * t1694; // left_hip_roll_link: wrench handed to its parent
-    t1753 = R::fused(-sin_q_left_hip_roll, t1700, t1752); // left_hip_roll_link: wrench handed to its parent
-    t1754_1755 = t1196_1197 * t1208_1209; // right_hip_yaw_link, left_hip_yaw_link: motion
-    t1756 = R::fused(t1754_1755.second(), R::constant(0.6135941234), -t1753); // left_hip_roll_link
-    t1757 = R::fused(-cos_q_left_hip_yaw, t1756, t1751); // left_hip_yaw_link: wrench handed to its parent
-    t1758 = t1745 + t1757; // left_hip_yaw_link: wrench handed to its parent
-    t1759 = t1748_1749.first() - t1681; // right_hip_roll_link: wrench handed to its parent
-    t1760 = sin_q_right_hip_yaw * t1759; // right_hip_yaw_link: wrench handed to its parent
-    t1761 = cos_q_right_hip_roll * t1712; // right_hip_roll_link: wrench handed to its parent
-    t1762 = R::fused(-sin_q_right_hip_roll, t1716, t1761); // right_hip_roll_link: wrench handed to its parent
-    t1763 = R::fused(t1754_1755.first(), R::constant(0.6135941234), -t1762); // right_hip_roll_link
-    t1764 = R::fused(-cos_q_right_hip_yaw, t1763, t1760); // right_hip_yaw_link: wrench handed to its parent
-    t1765 = t1758 + t1764; // right_hip_yaw_link: wrench handed to its parent
-    t1766 = tau_base_angular_y - t1765; // other
-    t1767 = R::fused(-t1521_1522.second(), t600_601.second(), t1766);
-    t1768 = R::fused(-t1521_1522.first(), t600_601.first(), t1767);
-    t1769 = R::fused(t613, t1550, t1768);
-    t1770 = R::fused(t616, t1560, t1769);
-    t1771 = R::fused(-t629, t1572, t1770);
-    t1772 = R::fused(-t632, t1578, t1771);
-    t1773 = R::fused(-t646, t1591, t1772);
-    t1774 = R::fused(-t650, t1598, t1773);
-    t1775 = R::fused(-t665, t1660, t1774);
-    t1776 = R::fused(-t670, t1686, t1775);
-    t1777 = R::fused(-t688, t1710, t1776);
-    t1778 = R::fused(-t694, t1724, t1777);
-    t1779 = R::fused(-t711, t1742, t1778);
-    t1780 = R::fused(-t745, t1779, t1743);
-    t1781 = t1462 * R::constant(1.2449557904); // torso: wrench that its motion needs
-    t1782 = R::fused(R::constant(2.444), t1455, t1781); // torso: wrench that its motion needs
-    t1783 = cos_q_left_hip_yaw * t1750; // left_hip_yaw_link: wrench handed to its parent
-    t1784 = R::fused(sin_q_left_hip_yaw, t1756, t1783); // left_hip_yaw_link: wrench handed to its parent
-    t1785 = t1782 - t1784; // left_hip_yaw_link: wrench handed to its parent
-    t1786 = sin_q_left_hip_roll * t1384; // left_hip_roll_link: wrench handed to its parent
-    t1787 = R::fused(-cos_q_left_hip_roll, t1387, t1786); // left_hip_roll_link: wrench handed to its parent
-    t1788 = R::fused(R::constant(0.075), t1787, t1785); // left_hip_yaw_link: wrench handed to its parent
-    t1789 = cos_q_right_hip_yaw * t1759; // right_hip_yaw_link: wrench handed to its parent
-    t1790 = R::fused(sin_q_right_hip_yaw, t1763, t1789); // right_hip_yaw_link: wrench handed to its parent
-    t1791 = t1788 - t1790; // right_hip_yaw_link: wrench handed to its parent
-    t1792 = sin_q_right_hip_roll * t1416; // right_hip_roll_link: wrench handed to its parent
-    t1793 = R::fused(-cos_q_right_hip_roll, t1419, t1792); // right_hip_roll_link: wrench handed to its parent
-    t1794 = R::fused(R::constant(-0.075), t1793, t1791); // right_hip_yaw_link: wrench handed to its parent
-    t1795 = tau_base_angular_x + t1794; // other
-    t1796 = R::fused(-t1521_1522.second(), t757_758.second(), t1795);
-    t1797 = R::fused(-t1521_1522.first(), t757_758.first(), t1796);
-    t1798 = R::fused(t770, t1550, t1797);
-    t1799 = R::fused(t773, t1560, t1798);
-    t1800 = R::fused(-t786, t1572, t1799);
-    t1801 = R::fused(-t789, t1578, t1800);
-    t1802 = R::fused(-t803, t1591, t1801);
-    t1803 = R::fused(-t807, t1598, t1802);
-    t1804 = R::fused(-t820, t1660, t1803);
-    t1805 = R::fused(-t825, t1686, t1804);
-    t1806 = R::fused(-t837, t1710, t1805);
-    t1807 = R::fused(-t843, t1724, t1806);
-    t1808 = R::fused(-t858, t1742, t1807);
-    t1809 = R::fused(-t886, t1779, t1808);
-    t1810 = R::fused(t909, t1809, t1780);
-    t1811 = R::fused(v_base_angular_y, v_base_angular_y, t1446); // torso: motion
-    t1812 = R::constant(2.444) * t1811; // torso: wrench that its motion needs
-    t1813 = R::fused(R::constant(-19.0), t1470, t1812); // torso: wrench that its motion needs
-    t1814 = t1813 + t1787; // left_hip_yaw_link: wrench handed to its parent
-    t1815 = t1793 + t1814; // right_hip_yaw_link: wrench handed to its parent
-    t1816 = tau_base_linear_z + t1815; // other
-    t1817 = R::fused(-t1521_1522.second(), t911_912.second(), t1816);
-    t1818 = R::fused(-t1521_1522.first(), t911_912.first(), t1817);
-    t1819 = R::fused(-t916, t1550, t1818);
-    t1820 = R::fused(-t919, t1560, t1819);
-    t1821 = R::fused(-t924, t1572, t1820);
-    t1822 = R::fused(-t927, t1578, t1821);
-    t1823 = R::fused(-t933, t1591, t1822);
-    t1824 = R::fused(-t937, t1598, t1823);
-    t1825 = R::fused(-t944, t1660, t1824);
-    t1826 = R::fused(-t949, t1686, t1825);
-    t1827 = R::fused(-t957, t1710, t1826);
-    t1828 = R::fused(-t963, t1724, t1827);
-    t1829 = R::fused(-t977, t1742, t1828);
-    t1830 = R::fused(-t993, t1779, t1829);
-    t1831 = R::fused(t1009, t1809, t1830);
-    t1832 = R::fused(t1027, t1831, t1810);
-    t1833 = R::constant(2.444) * t1462; // torso: wrench that its motion needs
-    t1834 = R::fused(R::constant(19.0), t1455, t1833); // torso: wrench that its motion needs
-    t1835 = sin_q_left_hip_yaw * t1365; // left_hip_yaw_link: wrench handed to its parent
-    t1836 = R::fused(-cos_q_left_hip_yaw, t1388, t1835); // left_hip_yaw_link: wrench handed to its parent
-    t1837 = t1834 + t1836; // left_hip_yaw_link: wrench handed to its parent
-    t1838 = sin_q_right_hip_yaw * t1411; // right_hip_yaw_link: wrench handed to its parent
-    t1839 = R::fused(-cos_q_right_hip_yaw, t1420, t1838); // right_hip_yaw_link: wrench handed to its parent
-    t1840 = t1837 + t1839; // right_hip_yaw_link: wrench handed to its parent
-    t1841 = tau_base_linear_y - t1840; // other
-    t1842 = R::fused(-t1521_1522.second(), t1033_1034.second(), t1841);
-    t1843 = R::fused(-t1521_1522.first(), t1033_1034.first(), t1842);
-    t1844 = R::fused(-t1042, t1550, t1843);
-    t1845 = R::fused(-t1045, t1560, t1844);
-    t1846 = R::fused(-t1054, t1572, t1845);
-    t1847 = R::fused(-t1057, t1578, t1846);
-    t1848 = R::fused(t1067, t1591, t1847);
-    t1849 = R::fused(t1071, t1598, t1848);
-    t1850 = R::fused(t1080, t1660, t1849);
-    t1851 = R::fused(t1085, t1686, t1850);
-    t1852 = R::fused(t1093, t1710, t1851);
-    t1853 = R::fused(t1099, t1724, t1852);
-    t1854 = R::fused(t1113, t1742, t1853);
-    t1855 = R::fused(t1128, t1779, t1854);
-    t1856 = R::fused(t1144, t1809, t1855);
-    t1857 = R::fused(t1161, t1831, t1856);
-    t1858 = R::fused(t1180, t1857, t1832);
-    // other
-    t1859 = t1182 * t1858;
-    t1860 = cos_q_right_knee_pitch * sin_q_right_ankle_pitch;
-    t1861 = R::fused(sin_q_right_knee_pitch, cos_q_right_ankle_pitch, t1860);
-    t1862 = sin_q_right_hip_pitch * t1861;
-    t1863 = sin_q_right_knee_pitch * sin_q_right_ankle_pitch;
-    t1864 = R::fused(-cos_q_right_knee_pitch, cos_q_right_ankle_pitch, t1863);
-    t1865 = R::fused(cos_q_right_hip_pitch, t1864, t1862);
-    t1866 = cos_q_right_hip_yaw * t1865;
-    t1867 = cos_q_right_hip_pitch * t1861;
-    t1868 = R::fused(-sin_q_right_hip_pitch, t1864, t1867);
-    t1869 = sin_q_right_hip_roll * t1868;
-    t1870 = R::fused(sin_q_right_hip_yaw, t1869, t1866);
-    t1871 = cos_q_right_ankle_roll * R::constant(0.08);
-    t1872 = R::fused(-t1871, t86, t1870); // solved by the factors
-    t1873 = cos_q_right_ankle_pitch * cos_q_right_ankle_roll;
-    t1874 = R::fused(R::constant(0.273), t1873, R::constant(0.08));
-    t1875 = cos_q_right_ankle_roll * t1874;
-    t1876 = cos_q_right_ankle_pitch * sin_q_right_ankle_roll;
-    t1877 = R::constant(0.273) * t1876;
-    t1878 = R::fused(sin_q_right_ankle_roll, t1877, t1875);
-    t1879 = R::fused(-t1871, t132, t1878); // solved by the factors
-    t1880 = R::fused(-t136, t1879, t1872); // solved by the factors
-    t1881 = cos_q_right_knee_pitch * t1873;
-    t1882 = sin_q_right_ankle_pitch * cos_q_right_ankle_roll;
-    t1883 = R::fused(-sin_q_right_knee_pitch, t1882, t1881);
-    t1884 = R::fused(R::constant(0.315), t1883, t1874);
-    t1885 = cos_q_right_ankle_roll * t1884;
-    t1886 = cos_q_right_knee_pitch * t1876;
-    t1887 = sin_q_right_ankle_pitch * sin_q_right_ankle_roll;
-    t1888 = R::fused(-sin_q_right_knee_pitch, t1887, t1886);
-    t1889 = R::fused(R::constant(0.315), t1888, t1877);
-    t1890 = R::fused(sin_q_right_ankle_roll, t1889, t1885);
-    t1891 = R::fused(-t1871, t182, t1890); // solved by the factors
-    t1892 = R::fused(-t185, t1879, t1891); // solved by the factors
-    t1893 = R::fused(t190, t1892, t1880); // solved by the factors
-    t1894 = sin_q_right_hip_pitch * t1888;
-    t1895 = sin_q_right_knee_pitch * t1876;
-    t1896 = R::fused(cos_q_right_knee_pitch, t1887, t1895);
-    t1897 = R::fused(cos_q_right_hip_pitch, t1896, t1894);
-    t1898 = t1884 * t1897;
-    t1899 = sin_q_right_hip_pitch * t1883;
-    t1900 = sin_q_right_knee_pitch * t1873;
-    t1901 = R::fused(cos_q_right_knee_pitch, t1882, t1900);
-    t1902 = R::fused(cos_q_right_hip_pitch, t1901, t1899);
-    t1903 = R::fused(-t1889, t1902, t1898);
+    t1737 = R::fused(-t221, t1735, t1717);
+    t1738 = R::fused(-t956, t1735, t1718);
+    t1739 = R::fused(-t1073, t1735, t1719);
+    t1740 = t152 * t1735; // other
+    t1741 = R::fused(-t223, t1736, t1737);
+    t1742 = R::fused(-t963, t1736, t1738);
+    t1743 = R::fused(-t1075, t1736, t1739);
+    t1744 = tau_left_hip_pitch + t1729; // other
+    t1745 = t1594_1595.second() - t1729; // left_upper_leg: wrench handed to its parent
+    t1746 = t1594_1595.first() - t1731; // right_upper_leg: wrench handed to its parent
+    t1747 = tau_right_hip_pitch + t1731; // other
+    t1748 = R::fused(t1666_1667.second(), t176_177.second(), t1744);
+    t1749 = R::fused(t1666_1667.first(), t176_177.first(), t1747);
+    t1750 = R::fused(-t193, t1711, t1748);
+    t1751 = R::fused(-t233, t1712, t1749);
+    t1752 = R::fused(-t227, t1735, t1750);
+    t1753 = R::fused(-t238, t1736, t1751);
+    t1754 = R::fused(t286, t1752, t1741);
+    t1755 = R::fused(-t965, t1752, t1742);
+    t1756 = R::fused(t1102, t1752, t1743);
+    t1757 = t232 * t1752; // other
+    t1758 = R::fused(t288, t1753, t1754);
+    t1759 = R::fused(-t971, t1753, t1755);
+    t1760 = R::fused(t1104, t1753, t1756);
+    // left_lower_leg: wrench handed to its parent
+    t1761 = cos_q_left_knee_pitch * t1724;
+    t1762 = sin_q_left_knee_pitch * t1724;
+    t1763 = R::fused(sin_q_left_knee_pitch, t1726, t1761);
+    t1764 = R::fused(-cos_q_left_knee_pitch, t1726, t1762);
+    t1765 = t1302_1303.second() + t1763;
+    t1766 = t1516_1517.second() - t1764;
+    t1767 = R::fused(R::constant(-0.315), t1463, t1766);
+    // right_ankle: wrench handed to its parent
+    t1768 = cos_q_right_ankle_pitch * t1688;
+    t1769 = sin_q_right_ankle_pitch * t1688;
+    t1770 = R::fused(-sin_q_right_ankle_pitch, t1664_1665.first(), t1768);
+    t1771 = R::fused(cos_q_right_ankle_pitch, t1664_1665.first(), t1769);
+    t1772 = t1354_1355.first() - t1770;
+    t1773 = t1520_1521.first() + t1771;
+    t1774 = R::fused(R::constant(0.273), t1445, t1773);
+    t1775 = sin_q_left_hip_roll * t1745; // left_hip_roll_link: wrench handed to its parent
+    t1776 = cos_q_left_hip_roll * t1745; // left_hip_roll_link: wrench handed to its parent
+    t1777 = sin_q_right_hip_roll * t1746; // right_hip_roll_link: wrench handed to its parent
+    t1778 = cos_q_right_hip_roll * t1746; // right_hip_roll_link: wrench handed to its parent
+    t1779 = R::fused(-t1631, t189, t1694); // solved by the factors
+    t1780 = R::fused(-t223, t1691, t1779); // solved by the factors
+    t1781 = cos_q_right_ankle_roll * t1699; // other
+    t1782 = R::fused(sin_q_right_ankle_roll, t1704, t1781); // other
+    t1783 = R::fused(-t1631, t233, t1782); // solved by the factors
+    t1784 = R::fused(-t238, t1691, t1783); // solved by the factors
+    t1785 = R::fused(t288, t1784, t1780); // solved by the factors
+    // left_upper_leg: wrench handed to its parent
+    t1786 = sin_q_left_hip_pitch * t1765;
+    t1787 = cos_q_left_hip_pitch * t1765;
+    t1788 = R::fused(-cos_q_left_hip_pitch, t1767, t1786);
+    t1789 = R::fused(sin_q_left_hip_pitch, t1767, t1787);
+    t1790 = t1596_1597.second() + t1788;
+    t1791 = R::fused(t1592_1593.second(), R::constant(0.6135741234), -t1789);
+    // left_hip_roll_link: wrench handed to its parent
+    t1792 = R::fused(cos_q_left_hip_roll, t1791, t1775);
+    t1793 = R::fused(-sin_q_left_hip_roll, t1791, t1776);
+    t1794 = R::fused(R::constant(0.3067920617), t1598_1599.second(), -t1792);
+    t1795 = R::fused(t1602_1603.second(), R::constant(0.6135941234), -t1793);
+    t1796 = R::fused(t1195, R::constant(0.098295), t1794); // left_hip_yaw_link: wrench handed to its parent
+    t1797 = R::fused(R::constant(0.075), t1544, t1796); // left_hip_yaw_link: wrench handed to its parent
+    t1798 = tau_left_hip_yaw + t1794; // other
     // solved by the factors
-    t1904 = R::fused(t1871, t363, t1903);
-    t1905 = R::fused(-t366, t1879, t1904);
-    t1906 = R::fused(-t370, t1892, t1905);
-    t1907 = R::fused(-t376, t1906, t1893);
-    // other
-    t1908 = sin_q_right_hip_roll * cos_q_right_ankle_roll;
-    t1909 = cos_q_right_hip_pitch * t1888;
-    t1910 = R::fused(-sin_q_right_hip_pitch, t1896, t1909);
-    t1911 = R::fused(cos_q_right_hip_roll, t1910, t1908);
-    t1912 = t1884 * t1911;
-    t1913 = sin_q_right_hip_roll * sin_q_right_ankle_roll;
-    t1914 = cos_q_right_hip_pitch * t1883;
-    t1915 = R::fused(-sin_q_right_hip_pitch, t1901, t1914);
-    t1916 = R::fused(-cos_q_right_hip_roll, t1915, t1913);
-    t1917 = R::fused(t1889, t1916, t1912);
+    t1799 = R::fused(t1666_1667.second(), t362_363.second(), t1798);
+    t1800 = R::fused(-t464, t1711, t1799);
+    t1801 = R::fused(-t486, t1735, t1800);
+    t1802 = R::fused(-t488, t1752, t1801);
+    // right_lower_leg: wrench handed to its parent
+    t1803 = cos_q_right_knee_pitch * t1772;
+    t1804 = sin_q_right_knee_pitch * t1772;
+    t1805 = R::fused(sin_q_right_knee_pitch, t1774, t1803);
+    t1806 = R::fused(-cos_q_right_knee_pitch, t1774, t1804);
+    t1807 = t1302_1303.first() + t1805;
+    t1808 = t1516_1517.first() - t1806;
+    t1809 = R::fused(R::constant(-0.315), t1469, t1808);
+    t1810 = tau_left_hip_roll + t1790; // other
+    t1811 = t1604_1605.second() - t1790; // left_hip_roll_link: wrench handed to its parent
     // solved by the factors
-    t1918 = R::fused(-t1871, t481, t1917);
-    t1919 = R::fused(-t484, t1879, t1918);
-    t1920 = R::fused(-t488, t1892, t1919);
-    t1921 = R::fused(-t493, t1906, t1920);
-    t1922 = R::fused(-t500, t1921, t1907);
-    // other
-    t1923 = sin_q_right_hip_yaw * t1902;
-    t1924 = cos_q_right_hip_roll * sin_q_right_ankle_roll;
-    t1925 = R::fused(sin_q_right_hip_roll, t1915, t1924);
-    t1926 = R::fused(-cos_q_right_hip_yaw, t1925, t1923);
-    t1927 = R::fused(R::constant(0.075), t1926, t1884);
-    t1928 = t1911 * t1927;
-    t1929 = sin_q_right_hip_yaw * t1897;
-    t1930 = cos_q_right_hip_roll * cos_q_right_ankle_roll;
-    t1931 = R::fused(-sin_q_right_hip_roll, t1910, t1930);
-    t1932 = R::fused(cos_q_right_hip_yaw, t1931, t1929);
-    t1933 = R::fused(R::constant(0.075), t1932, t1889);
-    t1934 = R::fused(t1916, t1933, t1928);
+    t1812 = R::fused(-t1666_1667.second(), t352_353.second(), t1810);
+    t1813 = R::fused(t439, t1711, t1812);
+    t1814 = R::fused(-t448, t1735, t1813);
+    t1815 = R::fused(-t460, t1752, t1814);
+    t1816 = R::fused(-t535, t1815, t1758);
+    t1817 = R::fused(-t1006, t1815, t1759);
+    t1818 = R::fused(t1123, t1815, t1760);
+    t1819 = t484 * t1815; // other
+    t1820 = R::fused(-t539, t1815, t1802);
+    t1821 = t583 * t1820; // other
+    // left_hip_yaw_link: wrench handed to its parent
+    t1822 = sin_q_left_hip_yaw * t1811;
+    t1823 = cos_q_left_hip_yaw * t1811;
+    t1824 = R::fused(-cos_q_left_hip_yaw, t1795, t1822);
+    t1825 = R::fused(sin_q_left_hip_yaw, t1795, t1823);
+    t1826 = t1205 + t1824;
+    t1827 = t1608 - t1825;
+    t1828 = R::fused(R::constant(0.075), t1529, t1827);
+    // right_upper_leg: wrench handed to its parent
+    t1829 = sin_q_right_hip_pitch * t1807;
+    t1830 = cos_q_right_hip_pitch * t1807;
+    t1831 = R::fused(-cos_q_right_hip_pitch, t1809, t1829);
+    t1832 = R::fused(sin_q_right_hip_pitch, t1809, t1830);
+    t1833 = t1596_1597.first() + t1831;
+    t1834 = R::fused(t1592_1593.first(), R::constant(0.6135741234), -t1832);
+    // right_hip_roll_link: wrench handed to its parent
+    t1835 = R::fused(cos_q_right_hip_roll, t1834, t1777);
+    t1836 = R::fused(-sin_q_right_hip_roll, t1834, t1778);
+    t1837 = R::fused(R::constant(0.3067920617), t1598_1599.first(), -t1835);
+    t1838 = R::fused(t1602_1603.first(), R::constant(0.6135941234), -t1836);
+    t1839 = t1604_1605.first() - t1833;
+    t1840 = tau_right_hip_roll + t1833; // other
+    t1841 = R::fused(-t1666_1667.first(), t352_353.first(), t1840); // solved by the factors
+    t1842 = R::fused(t450, t1712, t1841); // solved by the factors
+    t1843 = t1837 + t1797; // right_hip_yaw_link: wrench handed to its parent
+    t1844 = R::fused(R::constant(-0.075), t1557, t1843); // right_hip_yaw_link: wrench handed to its parent
+    t1845 = tau_right_hip_yaw + t1837; // other
     // solved by the factors
-    t1935 = R::fused(-t1871, t515, t1934);
-    t1936 = R::fused(-t525, t1879, t1935);
-    t1937 = R::fused(-t537, t1892, t1936);
-    t1938 = R::fused(-t551, t1906, t1937);
-    t1939 = R::fused(-t567, t1921, t1938);
-    t1940 = R::fused(-t588, t1939, t1922);
-    t1941 = t1932 * t1927; // other
-    t1942 = R::fused(-t1926, t1933, t1941); // other
-    t1943 = R::fused(t1871, t616, t1942);
-    t1944 = R::fused(-t632, t1879, t1943);
-    t1945 = R::fused(-t650, t1892, t1944);
-    t1946 = R::fused(-t670, t1906, t1945);
-    t1947 = R::fused(-t694, t1921, t1946);
-    t1948 = R::fused(-t711, t1939, t1947);
-    t1949 = R::fused(-t745, t1948, t1940);
-    // other
-    t1950 = cos_q_right_hip_yaw * t1897;
-    t1951 = R::fused(-sin_q_right_hip_yaw, t1931, t1950);
-    t1952 = t1951 * t1927;
-    t1953 = cos_q_right_hip_yaw * t1902;
-    t1954 = R::fused(sin_q_right_hip_yaw, t1925, t1953);
-    t1955 = R::fused(-t1954, t1933, t1952);
+    t1846 = R::fused(-t462, t1736, t1842);
+    t1847 = R::fused(t1666_1667.first(), t362_363.first(), t1845);
+    t1848 = R::fused(-t473, t1753, t1846);
+    t1849 = R::fused(-t502, t1712, t1847);
+    t1850 = tau_base_angular_z + t1844; // other
+    t1851 = R::fused(-t537, t1848, t1816);
+    t1852 = R::fused(-t514, t1736, t1849);
+    t1853 = R::fused(t1666_1667.second(), t559_560.second(), t1850);
+    t1854 = R::fused(-t1008, t1848, t1817);
+    t1855 = R::fused(t1125, t1848, t1818);
+    t1856 = R::fused(-t629, t1820, t1851);
+    t1857 = R::fused(-t516, t1753, t1852);
+    t1858 = R::fused(t1666_1667.first(), t559_560.first(), t1853);
+    t1859 = R::fused(-t1039, t1820, t1854);
+    t1860 = R::fused(t1149, t1820, t1855);
+    t1861 = R::fused(-t541, t1848, t1857);
+    t1862 = R::fused(-t587, t1711, t1858);
+    t1863 = R::fused(-t631, t1861, t1856);
+    t1864 = R::fused(-t589, t1712, t1862);
+    t1865 = R::fused(-t1042, t1861, t1859);
+    t1866 = R::fused(t1151, t1861, t1860);
+    t1867 = R::fused(-t603, t1735, t1864);
+    t1868 = R::fused(-t605, t1736, t1867);
+    t1869 = R::fused(-t615, t1752, t1868);
+    t1870 = R::fused(-t617, t1753, t1869);
+    t1871 = R::fused(-t633, t1815, t1870);
+    t1872 = R::fused(-t636, t1848, t1871);
+    t1873 = R::fused(-t639, t1820, t1872);
+    t1874 = R::fused(-t642, t1861, t1873);
+    t1875 = R::fused(-t787, t1874, t1863);
+    t1876 = R::fused(-t1087, t1874, t1865);
+    t1877 = R::fused(t1165, t1874, t1866);
+    // right_hip_yaw_link: wrench handed to its parent
+    t1878 = sin_q_right_hip_yaw * t1839;
+    t1879 = cos_q_right_hip_yaw * t1839;
+    t1880 = R::fused(-cos_q_right_hip_yaw, t1838, t1878);
+    t1881 = R::fused(sin_q_right_hip_yaw, t1838, t1879);
+    t1882 = t1826 + t1880;
+    t1883 = t1828 - t1881;
+    t1884 = R::fused(R::constant(-0.075), t1539, t1883);
+    t1885 = tau_base_angular_y - t1882; // other
+    t1886 = R::fused(-t1666_1667.second(), t646_647.second(), t1885); // solved by the factors
+    t1887 = tau_base_angular_x + t1884; // other
     // solved by the factors
-    t1956 = R::fused(t1871, t773, t1955);
-    t1957 = R::fused(-t789, t1879, t1956);
-    t1958 = R::fused(-t807, t1892, t1957);
-    t1959 = R::fused(-t825, t1906, t1958);
-    t1960 = R::fused(-t843, t1921, t1959);
-    t1961 = R::fused(-t858, t1939, t1960);
-    t1962 = R::fused(-t886, t1948, t1961);
-    t1963 = R::fused(t909, t1962, t1949);
-    t1964 = cos_q_right_hip_roll * t1868; // other
-    t1965 = R::fused(-t1871, t919, t1964);
-    t1966 = R::fused(-t927, t1879, t1965);
-    t1967 = R::fused(-t937, t1892, t1966);
-    t1968 = R::fused(-t949, t1906, t1967);
-    t1969 = R::fused(-t963, t1921, t1968);
-    t1970 = R::fused(-t977, t1939, t1969);
-    t1971 = R::fused(-t993, t1948, t1970);
-    t1972 = R::fused(t1009, t1962, t1971);
-    t1973 = R::fused(t1027, t1972, t1963);
-    t1974 = sin_q_right_hip_yaw * t1865; // other
-    t1975 = R::fused(-cos_q_right_hip_yaw, t1869, t1974); // other
-    t1976 = R::fused(-t1871, t1045, t1975);
-    t1977 = R::fused(-t1057, t1879, t1976);
-    t1978 = R::fused(t1071, t1892, t1977);
-    t1979 = R::fused(t1085, t1906, t1978);
-    t1980 = R::fused(t1099, t1921, t1979);
-    t1981 = R::fused(t1113, t1939, t1980);
-    t1982 = R::fused(t1128, t1948, t1981);
-    t1983 = R::fused(t1144, t1962, t1982);
-    t1984 = R::fused(t1161, t1972, t1983);
-    t1985 = R::fused(t1180, t1984, t1973);
-    t1986 = t1182 * t1985; // other
-    t1987 = t1391 + t1552; // right_foot: motion
+    t1888 = R::fused(-t1666_1667.first(), t646_647.first(), t1886);
+    t1889 = R::fused(-t1666_1667.second(), t840_841.second(), t1887);
+    t1890 = R::fused(t702, t1711, t1888);
+    t1891 = R::fused(-t1666_1667.first(), t840_841.first(), t1889);
+    t1892 = R::fused(t859, t1711, t1891);
+    t1893 = R::fused(t704, t1712, t1890);
+    t1894 = R::fused(-t720, t1735, t1893);
+    t1895 = R::fused(t861, t1712, t1892);
+    t1896 = R::fused(-t881, t1735, t1895);
+    t1897 = R::fused(-t722, t1736, t1894);
+    t1898 = R::fused(-t747, t1752, t1897);
+    t1899 = R::fused(-t883, t1736, t1896);
+    t1900 = R::fused(-t885, t1752, t1899);
+    t1901 = R::fused(-t749, t1753, t1898);
+    t1902 = R::fused(-t789, t1815, t1901);
+    t1903 = R::fused(-t887, t1753, t1900);
+    t1904 = R::fused(-t912, t1815, t1903);
+    t1905 = R::fused(-t791, t1848, t1902);
+    t1906 = R::fused(-t822, t1820, t1905);
+    t1907 = R::fused(-t914, t1848, t1904);
+    t1908 = R::fused(-t934, t1820, t1907);
+    t1909 = R::fused(-t824, t1861, t1906);
+    t1910 = R::fused(-t877, t1874, t1909);
+    t1911 = R::fused(-t937, t1861, t1908);
+    t1912 = R::fused(-t958, t1910, t1875);
+    t1913 = R::fused(-t1140, t1910, t1876);
+    t1914 = R::fused(t1168, t1910, t1877);
+    t1915 = R::fused(-t960, t1874, t1911);
+    t1916 = R::fused(-t967, t1910, t1915);
+    t1917 = R::fused(t1057, t1916, t1912);
+    t1918 = R::fused(t1144, t1916, t1913);
+    t1919 = R::fused(t1171, t1916, t1914);
+    t1920 = R::fused(t1174, t1918, t1917);
+    t1921 = R::fused(t1288, t1918, t1919);
+    t1922 = R::fused(t1372, t1921, t1920);
     // other
-    t1988 = t1987 * R::constant(0.15);
-    t1989 = R::fused(-t1397, R::constant(0.08), t1988);
-    t1990 = t1539_1540.first() + t1989;
-    t1991 = t1191 * t1870;
-    t1992 = R::fused(t1454, t1975, t1991);
+    t1923 = sin_q_right_hip_pitch * t1702;
+    t1924 = cos_q_right_hip_pitch * t1702;
+    t1925 = R::fused(cos_q_right_hip_pitch, t1703, t1923);
+    t1926 = R::fused(-sin_q_right_hip_pitch, t1703, t1924);
+    t1927 = R::fused(cos_q_right_hip_roll, t1926, t1636);
+    t1928 = R::fused(-sin_q_right_hip_roll, t1926, t1639);
+    t1929 = R::fused(-t98_99.first(), R::constant(38.54028664338191), t1927); // solved by the factors
+    t1930 = sin_q_right_hip_pitch * t1697;
+    t1931 = cos_q_right_hip_pitch * t1697;
+    t1932 = R::fused(cos_q_right_hip_pitch, t1698, t1930);
+    t1933 = R::fused(-sin_q_right_hip_pitch, t1698, t1931);
+    t1934 = R::fused(-cos_q_right_hip_roll, t1933, t1637);
+    t1935 = R::fused(sin_q_right_hip_roll, t1933, t1638);
+    t1936 = R::fused(-t1631, t944, t1693); // solved by the factors
+    t1937 = R::fused(-t963, t1691, t1936); // solved by the factors
+    t1938 = R::fused(-t971, t1784, t1937); // solved by the factors
+    t1939 = t1699 * t1925;
+    t1940 = R::fused(-t1704, t1932, t1939);
+    // solved by the factors
+    t1941 = R::fused(t1631, t450, t1940);
+    t1942 = R::fused(-t462, t1691, t1941);
+    t1943 = R::fused(-t473, t1784, t1942);
+    t1944 = R::fused(-t537, t1943, t1785);
+    t1945 = R::fused(-t1008, t1943, t1938);
+    // other
+    t1946 = sin_q_right_hip_yaw * t1932;
+    t1947 = R::fused(-cos_q_right_hip_yaw, t1935, t1946);
+    t1948 = t1699 * t1927;
+    t1949 = R::fused(t1704, t1934, t1948);
+    // solved by the factors
+    t1950 = R::fused(-t1631, t502, t1949);
+    t1951 = R::fused(-t514, t1691, t1950);
+    t1952 = R::fused(-t516, t1784, t1951);
+    t1953 = R::fused(-t541, t1943, t1952);
+    t1954 = R::fused(-t631, t1953, t1944);
+    t1955 = R::fused(-t1042, t1953, t1945);
+    t1956 = sin_q_right_hip_yaw * t1925; // other
+    t1957 = R::fused(cos_q_right_hip_yaw, t1928, t1956); // other
+    t1958 = R::fused(-t124_125.first(), R::constant(38.54028664338191), t1957);
+    t1959 = cos_q_right_hip_yaw * t1925; // other
+    t1960 = R::fused(-sin_q_right_hip_yaw, t1928, t1959); // other
+    t1961 = R::fused(-t122_123.first(), R::constant(38.54028664338191), t1960);
+    // other
+    t1962 = cos_q_right_hip_yaw * t1932;
+    t1963 = R::fused(sin_q_right_hip_yaw, t1935, t1962);
+    t1964 = R::fused(R::constant(0.075), t1947, t1699);
+    t1965 = sin_q_right_hip_yaw * t1643;
+    t1966 = R::fused(-cos_q_right_hip_yaw, t1692, t1965);
+    t1967 = t1201 * t1694;
+    t1968 = R::fused(t1446, t1966, t1967);
+    t1969 = R::fused(t1505, t1693, t1968);
+    t1970 = R::fused(R::constant(9.81), t1969, -t1660);
+    t1971 = t1927 * t1964;
+    t1972 = R::fused(R::constant(0.075), t1957, t1704);
+    t1973 = R::fused(t1934, t1972, t1971);
+    // solved by the factors
+    t1974 = R::fused(-t1631, t589, t1973);
+    t1975 = R::fused(-t605, t1691, t1974);
+    t1976 = R::fused(-t617, t1784, t1975);
+    t1977 = R::fused(-t636, t1943, t1976);
+    t1978 = R::fused(-t642, t1953, t1977);
+    t1979 = R::fused(-t787, t1978, t1954);
+    t1980 = R::fused(-t1087, t1978, t1955);
+    t1981 = t1957 * t1964; // other
+    t1982 = R::fused(-t1947, t1972, t1981); // other
+    t1983 = R::fused(t1631, t704, t1982);
+    t1984 = R::fused(-t722, t1691, t1983);
+    t1985 = R::fused(-t749, t1784, t1984);
+    t1986 = R::fused(-t791, t1943, t1985);
+    t1987 = R::fused(-t824, t1953, t1986);
+    t1988 = R::fused(-t877, t1978, t1987);
+    t1989 = R::fused(-t958, t1988, t1979);
+    t1990 = R::fused(-t1140, t1988, t1980);
+    t1991 = t1960 * t1964; // other
+    t1992 = R::fused(-t1963, t1972, t1991); // other
     let (
         t1993, t1994, t1995, t1996, t1997, t1998, t1999, t2000, t2001, t2002, t2003, t2004, t2005, t2006, t2007, t2008,
         t2009, t2010, t2011, t2012, t2013, t2014, t2015, t2016, t2017, t2018, t2019, t2020, t2021, t2022, t2023, t2024,
@@ -4416,269 +4461,280 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
         t2217, t2218, t2219, t2220, t2221, t2222, t2223, t2224, t2225, t2226, t2227, t2228, t2229, t2230, t2231, t2232,
         t2233, t2234, t2235, t2236, t2237, t2238, t2239, t2240, t2241, t2242, t2243, t2244, t2245, t2246, t2247, t2248,
     );
-    t1993 = R::fused(t1469, t1964, t1992);
-    t1994 = R::fused(R::constant(9.81), t1993, -t1990);
-    t1995 = t1986 * t1858;
-    t1996 = t1179 * t1984;
-    t1997 = R::fused(t1996, t1857, t1995);
-    t1998 = t1026 * t1972;
-    t1999 = R::fused(t1998, t1831, t1997);
-    t2000 = t908 * t1962;
-    t2001 = R::fused(t2000, t1809, t1999);
-    t2002 = t744 * t1948;
-    t2003 = R::fused(t2002, t1779, t2001);
-    t2004 = t587 * t1939;
-    t2005 = R::fused(t2004, t1742, t2003);
-    t2006 = t499 * t1921;
-    t2007 = R::fused(t2006, t1724, t2005);
-    t2008 = t375 * t1906;
-    t2009 = R::fused(t2008, t1686, t2007);
-    t2010 = t189 * t1892;
-    t2011 = R::fused(t2010, t1598, t2009);
-    t2012 = t135 * t1879;
-    t2013 = R::fused(t2012, t1578, t2011);
-    t2014 = t1871 * t85;
-    t2015 = R::fused(t2014, t1560, t2013);
-    t2016 = t1994 - t2015;
-    t2017 = t1985 * t1986;
-    t2018 = R::fused(t1984, t1996, t2017);
-    t2019 = R::fused(t1972, t1998, t2018);
-    t2020 = R::fused(t1962, t2000, t2019);
-    t2021 = R::fused(t1948, t2002, t2020);
-    t2022 = R::fused(t1939, t2004, t2021);
-    t2023 = R::fused(t1921, t2006, t2022);
-    t2024 = R::fused(t1906, t2008, t2023);
-    t2025 = R::fused(t1892, t2010, t2024);
-    t2026 = R::fused(t1879, t2012, t2025);
-    t2027 = R::fused(t1871, t2014, t2026);
-    t2028 = R::constant(1.0) / t2027;
-    t2029 = t2016 * t2028;
-    t2030 = R::fused(-t30_31.first(), R::constant(38.54028664338191), t1951); // solved by the factors
-    t2031 = sin_q_right_ankle_roll * R::constant(0.15);
-    t2032 = R::fused(-sin_q_right_ankle_roll, R::constant(0.032951945080091534), t2031); // solved by the factors
-    t2033 = R::fused(t86, t2032, t2030); // solved by the factors
-    t2034 = R::fused(R::constant(0.273), sin_q_right_ankle_pitch, R::constant(0.15));
-    t2035 = sin_q_right_ankle_roll * t2034;
-    t2036 = R::fused(-t108_109.first(), R::constant(38.54028664338191), t2035); // solved by the factors
-    t2037 = R::fused(-t132, t2032, t2036); // solved by the factors
-    t2038 = R::fused(t136, t2037, t2033); // solved by the factors
-    t2039 = R::fused(R::constant(0.315), t1861, t2034);
-    t2040 = sin_q_right_ankle_roll * t2039;
-    // solved by the factors
-    t2041 = R::fused(-t150_151.first(), R::constant(38.54028664338191), t2040);
-    t2042 = R::fused(-t182, t2032, t2041);
-    t2043 = R::fused(-t185, t2037, t2042);
-    t2044 = R::fused(-t190, t2043, t2038);
-    t2045 = t2039 * t1902; // other
-    t2046 = R::fused(-t1884, t1865, t2045); // other
-    t2047 = R::fused(-t222_223.first(), R::constant(38.54028664338191), t2046);
-    t2048 = R::fused(-t363, t2032, t2047);
-    t2049 = R::fused(t366, t2037, t2048);
-    t2050 = R::fused(t370, t2043, t2049);
-    t2051 = R::fused(-t376, t2050, t2044);
-    t2052 = t2039 * t1916; // other
-    t2053 = R::fused(t1884, t1964, t2052); // other
-    t2054 = R::fused(-t392_393.first(), R::constant(38.54028664338191), t2053);
-    t2055 = R::fused(-t481, t2032, t2054);
-    t2056 = R::fused(-t484, t2037, t2055);
-    t2057 = R::fused(-t488, t2043, t2056);
-    t2058 = R::fused(t493, t2050, t2057);
-    t2059 = R::fused(t500, t2058, t2051);
-    t2060 = R::fused(R::constant(0.075), t1975, t2039); // other
-    t2061 = t1916 * t2060; // other
-    t2062 = R::fused(t1964, t1927, t2061); // other
-    t2063 = R::fused(-t503_504.first(), R::constant(38.54028664338191), t2062);
-    t2064 = R::fused(-t515, t2032, t2063);
-    t2065 = R::fused(-t525, t2037, t2064);
-    t2066 = R::fused(-t537, t2043, t2065);
-    t2067 = R::fused(t551, t2050, t2066);
-    t2068 = R::fused(-t567, t2058, t2067);
-    t2069 = R::fused(t588, t2068, t2059);
-    t2070 = t1926 * t2060; // other
-    t2071 = R::fused(-t1975, t1927, t2070); // other
-    t2072 = R::fused(-t598_599.first(), R::constant(38.54028664338191), t2071);
-    t2073 = R::fused(-t616, t2032, t2072);
-    t2074 = R::fused(t632, t2037, t2073);
-    t2075 = R::fused(t650, t2043, t2074);
-    t2076 = R::fused(-t670, t2050, t2075);
-    t2077 = R::fused(t694, t2058, t2076);
-    t2078 = R::fused(t711, t2068, t2077);
-    t2079 = R::fused(-t745, t2078, t2069);
-    t2080 = t1954 * t2060; // other
-    t2081 = R::fused(-t1870, t1927, t2080); // other
-    t2082 = R::fused(-t755_756.first(), R::constant(38.54028664338191), t2081);
-    t2083 = R::fused(-t773, t2032, t2082);
-    t2084 = R::fused(t789, t2037, t2083);
-    t2085 = R::fused(t807, t2043, t2084);
-    t2086 = R::fused(-t825, t2050, t2085);
-    t2087 = R::fused(t843, t2058, t2086);
-    t2088 = R::fused(t858, t2068, t2087);
-    t2089 = R::fused(-t886, t2078, t2088);
-    t2090 = R::fused(t909, t2089, t2079);
-    t2091 = R::fused(-t753_754.first(), R::constant(38.54028664338191), t1911);
-    t2092 = R::fused(t919, t2032, t2091);
-    t2093 = R::fused(t927, t2037, t2092);
-    t2094 = R::fused(t937, t2043, t2093);
-    t2095 = R::fused(-t949, t2050, t2094);
-    t2096 = R::fused(t963, t2058, t2095);
-    t2097 = R::fused(t977, t2068, t2096);
-    t2098 = R::fused(-t993, t2078, t2097);
-    t2099 = R::fused(t1009, t2089, t2098);
-    t2100 = R::fused(t1027, t2099, t2090);
-    t2101 = R::fused(-t1031_1032.first(), R::constant(38.54028664338191), t1932);
-    t2102 = R::fused(t1045, t2032, t2101);
-    t2103 = R::fused(t1057, t2037, t2102);
-    t2104 = R::fused(-t1071, t2043, t2103);
-    t2105 = R::fused(t1085, t2050, t2104);
-    t2106 = R::fused(-t1099, t2058, t2105);
-    t2107 = R::fused(-t1113, t2068, t2106);
-    t2108 = R::fused(t1128, t2078, t2107);
-    t2109 = R::fused(t1144, t2089, t2108);
-    t2110 = R::fused(t1161, t2099, t2109);
-    t2111 = R::fused(t1180, t2110, t2100);
+    t1993 = R::fused(t1631, t861, t1992);
+    t1994 = R::fused(-t883, t1691, t1993);
+    t1995 = R::fused(-t887, t1784, t1994);
+    t1996 = R::fused(-t914, t1943, t1995);
+    t1997 = R::fused(-t937, t1953, t1996);
+    t1998 = R::fused(-t960, t1978, t1997);
+    t1999 = R::fused(-t967, t1988, t1998);
+    t2000 = R::fused(t1057, t1999, t1989);
+    t2001 = R::fused(t1144, t1999, t1990);
+    t2002 = R::fused(t1174, t2001, t2000);
+    t2003 = R::fused(-t1631, t1063, t1966);
+    t2004 = R::fused(-t1075, t1691, t2003);
+    t2005 = R::fused(t1104, t1784, t2004);
+    t2006 = R::fused(t1125, t1943, t2005);
+    t2007 = R::fused(t1151, t1953, t2006);
+    t2008 = R::fused(t1165, t1978, t2007);
+    t2009 = R::fused(t1168, t1988, t2008);
+    t2010 = R::fused(t1171, t1999, t2009);
+    t2011 = R::fused(t1288, t2001, t2010);
+    t2012 = R::fused(t1372, t2011, t2002);
     // other
-    t2112 = t2111 * t1986;
-    t2113 = R::fused(t2110, t1996, t2112);
-    t2114 = R::fused(t2099, t1998, t2113);
-    t2115 = R::fused(t2089, t2000, t2114);
-    t2116 = R::fused(t2078, t2002, t2115);
-    t2117 = R::fused(-t2068, t2004, t2116);
-    t2118 = R::fused(-t2058, t2006, t2117);
-    t2119 = R::fused(t2050, t2008, t2118);
-    t2120 = R::fused(-t2043, t2010, t2119);
-    t2121 = R::fused(-t2037, t2012, t2120);
-    t2122 = R::fused(-t2032, t2014, t2121);
-    t2123 = t2122 * t2028;
-    t2124 = t1436_1437.first() * R::constant(0.15);
-    t2125 = R::fused(-t1288_1289.first(), R::constant(0.08), t2124);
-    t2126 = t1517_1518.first() - t2125;
-    t2127 = t1191 * t1951;
-    t2128 = R::fused(t1454, t1932, t2127);
-    t2129 = R::fused(t1469, t1911, t2128);
-    t2130 = R::fused(R::constant(9.81), t2129, t2126);
-    t2131 = t1182 * t2111;
-    t2132 = t2131 * t1858;
-    t2133 = t1179 * t2110;
-    t2134 = R::fused(t2133, t1857, t2132);
-    t2135 = t1026 * t2099;
-    t2136 = R::fused(t2135, t1831, t2134);
-    t2137 = t908 * t2089;
-    t2138 = R::fused(t2137, t1809, t2136);
-    t2139 = t744 * t2078;
-    t2140 = R::fused(t2139, t1779, t2138);
-    t2141 = t587 * t2068;
-    t2142 = R::fused(-t2141, t1742, t2140);
-    t2143 = t499 * t2058;
-    t2144 = R::fused(-t2143, t1724, t2142);
-    t2145 = t375 * t2050;
-    t2146 = R::fused(t2145, t1686, t2144);
-    t2147 = t189 * t2043;
-    t2148 = R::fused(-t2147, t1598, t2146);
-    t2149 = t135 * t2037;
-    t2150 = R::fused(-t2149, t1578, t2148);
-    t2151 = t85 * t2032;
-    t2152 = R::fused(-t2151, t1560, t2150);
-    t2153 = R::fused(t1521_1522.first(), R::constant(38.54028664338191), t2152);
-    t2154 = t2130 - t2153;
-    t2155 = R::fused(-t2016, t2123, t2154);
-    t2156 = t2111 * t2131;
-    t2157 = R::fused(t2110, t2133, t2156);
-    t2158 = R::fused(t2099, t2135, t2157);
-    t2159 = R::fused(t2089, t2137, t2158);
-    t2160 = R::fused(t2078, t2139, t2159);
-    t2161 = R::fused(t2068, t2141, t2160);
-    t2162 = R::fused(t2058, t2143, t2161);
-    t2163 = R::fused(t2050, t2145, t2162);
-    t2164 = R::fused(t2043, t2147, t2163);
-    t2165 = R::fused(t2037, t2149, t2164);
-    t2166 = R::fused(t2032, t2151, t2165);
-    t2167 = t2166 + R::constant(3.083222931470553);
-    t2168 = R::fused(-t2122, t2123, t2167);
-    t2169 = R::constant(1.0) / t2168;
-    t2170 = t2155 * t2169;
-    t2171 = cos_q_right_ankle_roll * R::constant(0.15);
-    t2172 = R::fused(t2171, t86, t1954); // solved by the factors
-    t2173 = cos_q_right_ankle_roll * t2034;
-    t2174 = R::fused(-t2171, t132, t2173); // solved by the factors
-    t2175 = R::fused(t136, t2174, t2172); // solved by the factors
-    t2176 = cos_q_right_ankle_roll * t2039;
-    t2177 = R::fused(-t2171, t182, t2176); // solved by the factors
-    t2178 = R::fused(-t185, t2174, t2177); // solved by the factors
-    t2179 = R::fused(-t190, t2178, t2175); // solved by the factors
-    t2180 = t1889 * t1865;
-    t2181 = R::fused(-t2039, t1897, t2180);
+    t2013 = t584 * t1953;
+    t2014 = t485 * t1943;
+    t2015 = t241 * t1784;
+    t2016 = t155 * t1691;
+    t2017 = t1631 * t83;
+    t2018 = sin_q_right_ankle_roll * R::constant(0.15);
     // solved by the factors
-    t2182 = R::fused(-t2171, t363, t2181);
-    t2183 = R::fused(t366, t2174, t2182);
-    t2184 = R::fused(t370, t2178, t2183);
-    t2185 = R::fused(-t376, t2184, t2179);
-    t2186 = t1889 * t1964; // other
-    t2187 = R::fused(-t2039, t1911, t2186); // other
-    t2188 = R::fused(t2171, t481, t2187);
-    t2189 = R::fused(t484, t2174, t2188);
-    t2190 = R::fused(t488, t2178, t2189);
-    t2191 = R::fused(-t493, t2184, t2190);
-    t2192 = R::fused(-t500, t2191, t2185);
-    t2193 = t1964 * t1933; // other
-    t2194 = R::fused(-t1911, t2060, t2193); // other
-    t2195 = R::fused(t2171, t515, t2194);
-    t2196 = R::fused(t525, t2174, t2195);
-    t2197 = R::fused(t537, t2178, t2196);
-    t2198 = R::fused(-t551, t2184, t2197);
-    t2199 = R::fused(-t567, t2191, t2198);
-    t2200 = R::fused(-t588, t2199, t2192);
-    t2201 = t1975 * t1933; // other
-    t2202 = R::fused(-t1932, t2060, t2201); // other
-    t2203 = R::fused(-t2171, t616, t2202);
-    t2204 = R::fused(t632, t2174, t2203);
-    t2205 = R::fused(t650, t2178, t2204);
-    t2206 = R::fused(-t670, t2184, t2205);
-    t2207 = R::fused(-t694, t2191, t2206);
-    t2208 = R::fused(-t711, t2199, t2207);
-    t2209 = R::fused(-t745, t2208, t2200);
-    t2210 = t1870 * t1933; // other
-    t2211 = R::fused(-t1951, t2060, t2210); // other
-    t2212 = R::fused(-t2171, t773, t2211);
-    t2213 = R::fused(t789, t2174, t2212);
-    t2214 = R::fused(t807, t2178, t2213);
-    t2215 = R::fused(-t825, t2184, t2214);
-    t2216 = R::fused(-t843, t2191, t2215);
-    t2217 = R::fused(-t858, t2199, t2216);
-    t2218 = R::fused(-t886, t2208, t2217);
-    t2219 = R::fused(t909, t2218, t2209);
-    t2220 = R::fused(-t2171, t919, t1916);
-    t2221 = R::fused(-t927, t2174, t2220);
-    t2222 = R::fused(-t937, t2178, t2221);
-    t2223 = R::fused(t949, t2184, t2222);
-    t2224 = R::fused(t963, t2191, t2223);
-    t2225 = R::fused(t977, t2199, t2224);
-    t2226 = R::fused(t993, t2208, t2225);
-    t2227 = R::fused(-t1009, t2218, t2226);
-    t2228 = R::fused(-t1027, t2227, t2219);
-    t2229 = R::fused(t2171, t1045, t1926);
-    t2230 = R::fused(t1057, t2174, t2229);
-    t2231 = R::fused(-t1071, t2178, t2230);
-    t2232 = R::fused(t1085, t2184, t2231);
-    t2233 = R::fused(t1099, t2191, t2232);
-    t2234 = R::fused(t1113, t2199, t2233);
-    t2235 = R::fused(t1128, t2208, t2234);
-    t2236 = R::fused(t1144, t2218, t2235);
-    t2237 = R::fused(-t1161, t2227, t2236);
-    t2238 = R::fused(t1180, t2237, t2228);
+    t2019 = R::fused(-sin_q_right_ankle_roll, R::constant(0.032951945080091534), t2018);
+    t2020 = R::fused(t189, t2019, t1961);
+    t2021 = R::fused(t944, t2019, t1929);
+    t2022 = R::fused(t1063, t2019, t1958);
     // other
-    t2239 = t2238 * t2131;
-    t2240 = R::fused(t2237, t2133, t2239);
-    t2241 = R::fused(-t2227, t2135, t2240);
-    t2242 = R::fused(t2218, t2137, t2241);
-    t2243 = R::fused(t2208, t2139, t2242);
-    t2244 = R::fused(-t2199, t2141, t2243);
-    t2245 = R::fused(-t2191, t2143, t2244);
-    t2246 = R::fused(t2184, t2145, t2245);
-    t2247 = R::fused(t2178, t2147, t2246);
-    t2248 = R::fused(t2174, t2149, t2247);
+    t2023 = R::fused(R::constant(0.273), sin_q_right_ankle_pitch, R::constant(0.15));
+    t2024 = R::fused(R::constant(0.315), t1628, t2023);
+    t2025 = t1201 * t1960;
+    t2026 = t1201 * t1963;
+    t2027 = R::fused(t1446, t1957, t2025);
+    t2028 = R::fused(t1446, t1947, t2026);
+    t2029 = R::fused(t1505, t1927, t2027);
+    t2030 = R::fused(-t1505, t1934, t2028);
+    t2031 = R::fused(R::constant(9.81), t2029, t1663);
+    t2032 = R::fused(R::constant(9.81), t2030, -t1657);
+    t2033 = t645 * t1978;
+    t2034 = sin_q_right_ankle_roll * t2023;
+    t2035 = R::fused(-t66_67.first(), R::constant(38.54028664338191), t2034); // solved by the factors
+    t2036 = cos_q_right_ankle_roll * t2023;
+    // solved by the factors
+    t2037 = R::fused(-t153, t2019, t2035);
+    t2038 = R::fused(t223, t2037, t2020);
+    t2039 = R::fused(t963, t2037, t2021);
+    t2040 = R::fused(t1075, t2037, t2022);
+    t2041 = sin_q_right_ankle_roll * t2024; // other
+    t2042 = R::fused(-t94_95.first(), R::constant(38.54028664338191), t2041);
+    t2043 = R::fused(-t233, t2019, t2042);
+    t2044 = R::fused(-t238, t2037, t2043);
+    t2045 = R::fused(-t288, t2044, t2038);
+    t2046 = R::fused(t971, t2044, t2039);
+    t2047 = R::fused(-t1104, t2044, t2040);
+    t2048 = t880 * t1988; // other
+    t2049 = t2024 * t1932; // other
+    t2050 = R::fused(-sin_q_right_ankle_roll, t450, t1932);
+    t2051 = R::fused(-t1699, t1643, t2049); // other
+    t2052 = R::fused(-t312_313.first(), R::constant(38.54028664338191), t2051);
+    t2053 = R::fused(-t450, t2019, t2052);
+    t2054 = R::fused(t462, t2037, t2053);
+    t2055 = R::fused(t473, t2044, t2054);
+    t2056 = R::fused(-t537, t2055, t2045);
+    t2057 = R::fused(-t1008, t2055, t2046);
+    t2058 = R::fused(t1125, t2055, t2047);
+    t2059 = t1374 * t1922; // other
+    t2060 = t2024 * t1934; // other
+    t2061 = R::fused(t1699, t1693, t2060); // other
+    t2062 = R::fused(-t322_323.first(), R::constant(38.54028664338191), t2061);
+    t2063 = R::fused(-t502, t2019, t2062);
+    t2064 = R::fused(-t514, t2037, t2063);
+    t2065 = R::fused(-t516, t2044, t2064);
+    t2066 = R::fused(t541, t2055, t2065);
+    t2067 = R::fused(t631, t2066, t2056);
+    t2068 = R::fused(t1042, t2066, t2057);
+    t2069 = R::fused(-t1151, t2066, t2058);
+    // other
+    t2070 = t970 * t1999;
+    t2071 = t1147 * t2001;
+    t2072 = R::fused(R::constant(0.075), t1966, t2024);
+    t2073 = t241 * t2044;
+    t2074 = t155 * t2037;
+    t2075 = t83 * t2019;
+    t2076 = cos_q_right_ankle_roll * R::constant(0.15);
+    t2077 = R::fused(-t2076, t153, t2036); // solved by the factors
+    t2078 = cos_q_right_ankle_roll * t2024;
+    t2079 = R::fused(-t2076, t233, t2078); // solved by the factors
+    t2080 = R::fused(-t238, t2077, t2079); // solved by the factors
+    t2081 = t1291 * t2011;
+    t2082 = t1934 * t2072;
+    t2083 = R::fused(t1693, t1964, t2082);
+    // solved by the factors
+    t2084 = R::fused(-t543_544.first(), R::constant(38.54028664338191), t2083);
+    t2085 = R::fused(-t589, t2019, t2084);
+    t2086 = R::fused(-t605, t2037, t2085);
+    t2087 = R::fused(-t617, t2044, t2086);
+    t2088 = R::fused(t636, t2055, t2087);
+    t2089 = R::fused(-t642, t2066, t2088);
+    t2090 = R::fused(t787, t2089, t2067);
+    t2091 = R::fused(t1087, t2089, t2068);
+    t2092 = R::fused(-t1165, t2089, t2069);
+    // other
+    t2093 = t1374 * t2012;
+    t2094 = t2012 * t2093;
+    t2095 = R::fused(t2011, t2081, t2094);
+    t2096 = R::fused(t2001, t2071, t2095);
+    t2097 = R::fused(t1999, t2070, t2096);
+    t2098 = R::fused(t1988, t2048, t2097);
+    t2099 = R::fused(t1978, t2033, t2098);
+    t2100 = R::fused(t1953, t2013, t2099);
+    t2101 = R::fused(t1943, t2014, t2100);
+    t2102 = R::fused(t1784, t2015, t2101);
+    t2103 = R::fused(t1691, t2016, t2102);
+    t2104 = R::fused(t1631, t2017, t2103);
+    t2105 = R::constant(1.0) / t2104;
+    t2106 = t2093 * t1922;
+    t2107 = R::fused(t2081, t1921, t2106);
+    t2108 = R::fused(t2071, t1918, t2107);
+    t2109 = R::fused(t2070, t1916, t2108);
+    t2110 = R::fused(t2048, t1910, t2109);
+    t2111 = R::fused(t2033, t1874, t2110);
+    t2112 = R::fused(t2013, t1861, t2111);
+    t2113 = R::fused(t2014, t1848, t2112);
+    t2114 = R::fused(t2015, t1753, t2113);
+    t2115 = R::fused(t2016, t1736, t2114);
+    t2116 = R::fused(t2017, t1712, t2115);
+    t2117 = t1970 - t2116;
+    t2118 = t1947 * t2072;
+    t2119 = R::fused(-t1966, t1964, t2118);
+    // solved by the factors
+    t2120 = R::fused(-t569_570.first(), R::constant(38.54028664338191), t2119);
+    t2121 = R::fused(-t704, t2019, t2120);
+    t2122 = R::fused(t722, t2037, t2121);
+    t2123 = R::fused(t749, t2044, t2122);
+    t2124 = R::fused(-t791, t2055, t2123);
+    t2125 = R::fused(t824, t2066, t2124);
+    t2126 = R::fused(t877, t2089, t2125);
+    t2127 = R::fused(-t958, t2126, t2090);
+    t2128 = R::fused(-t1140, t2126, t2091);
+    t2129 = R::fused(t1168, t2126, t2092);
+    t2130 = t1963 * t2072; // other
+    t2131 = R::fused(-t1694, t1964, t2130); // other
+    t2132 = R::fused(-t797_798.first(), R::constant(38.54028664338191), t2131);
+    t2133 = R::fused(-t861, t2019, t2132);
+    t2134 = R::fused(t883, t2037, t2133);
+    t2135 = R::fused(t887, t2044, t2134);
+    t2136 = R::fused(-t914, t2055, t2135);
+    t2137 = R::fused(t937, t2066, t2136);
+    t2138 = R::fused(t960, t2089, t2137);
+    t2139 = R::fused(-t967, t2126, t2138);
+    t2140 = R::fused(t1057, t2139, t2127);
+    t2141 = R::fused(t1144, t2139, t2128);
+    t2142 = R::fused(t1171, t2139, t2129);
+    t2143 = R::fused(t1174, t2141, t2140);
+    t2144 = R::fused(t1288, t2141, t2142);
+    t2145 = R::fused(t1372, t2144, t2143);
+    t2146 = t645 * t2089; // other
+    t2147 = t584 * t2066; // other
+    t2148 = t485 * t2055; // other
+    t2149 = R::fused(t2076, t189, t1963);
+    t2150 = R::fused(t223, t2077, t2149);
+    t2151 = R::fused(-t288, t2080, t2150);
+    // other
+    t2152 = t1704 * t1643;
+    t2153 = R::fused(-t2024, t1925, t2152);
+    t2154 = t1704 * t1693;
+    t2155 = R::fused(-t2024, t1927, t2154);
+    // solved by the factors
+    t2156 = t1643 + t352_353.first();
+    t2157 = R::fused(-t13, t450, t2156);
+    t2158 = R::fused(-t2076, t450, t2153);
+    t2159 = R::fused(t2076, t502, t2155);
+    t2160 = R::fused(t462, t2077, t2158);
+    t2161 = R::fused(t514, t2077, t2159);
+    t2162 = R::fused(t473, t2080, t2160);
+    t2163 = R::fused(t516, t2080, t2161);
+    t2164 = R::fused(-t537, t2162, t2151);
+    t2165 = R::fused(-t541, t2162, t2163);
+    t2166 = R::fused(-t631, t2165, t2164);
+    t2167 = t1693 * t1972; // other
+    t2168 = R::fused(-t1927, t2072, t2167); // other
+    t2169 = R::fused(t2076, t589, t2168);
+    t2170 = R::fused(t605, t2077, t2169);
+    t2171 = R::fused(t617, t2080, t2170);
+    t2172 = R::fused(-t636, t2162, t2171);
+    t2173 = R::fused(-t642, t2165, t2172);
+    t2174 = R::fused(-t787, t2173, t2166);
+    // other
+    t2175 = t1966 * t1972;
+    t2176 = t1694 * t1972;
+    t2177 = R::fused(-t1957, t2072, t2175);
+    t2178 = R::fused(-t1960, t2072, t2176);
+    // solved by the factors
+    t2179 = R::fused(-t2076, t704, t2177);
+    t2180 = R::fused(-t2076, t861, t2178);
+    t2181 = R::fused(t722, t2077, t2179);
+    t2182 = R::fused(t883, t2077, t2180);
+    t2183 = R::fused(t749, t2080, t2181);
+    t2184 = R::fused(t887, t2080, t2182);
+    t2185 = R::fused(-t791, t2162, t2183);
+    t2186 = R::fused(-t914, t2162, t2184);
+    t2187 = R::fused(-t824, t2165, t2185);
+    t2188 = R::fused(-t937, t2165, t2186);
+    t2189 = R::fused(-t877, t2173, t2187);
+    t2190 = R::fused(-t960, t2173, t2188);
+    t2191 = R::fused(-t958, t2189, t2174);
+    t2192 = R::fused(-t967, t2189, t2190);
+    t2193 = R::fused(t1057, t2192, t2191);
+    t2194 = t880 * t2126; // other
+    t2195 = R::fused(-t2076, t944, t1934);
+    t2196 = R::fused(-t963, t2077, t2195);
+    t2197 = R::fused(-t971, t2080, t2196);
+    t2198 = R::fused(t1008, t2162, t2197);
+    t2199 = R::fused(t1042, t2165, t2198);
+    t2200 = R::fused(t1087, t2173, t2199);
+    t2201 = R::fused(t1140, t2189, t2200);
+    t2202 = R::fused(-t1144, t2192, t2201);
+    t2203 = R::fused(-t1174, t2202, t2193);
+    t2204 = t2117 * t2105; // other
+    t2205 = R::fused(t2076, t1063, t1947);
+    t2206 = R::fused(t1075, t2077, t2205);
+    t2207 = R::fused(-t1104, t2080, t2206);
+    t2208 = R::fused(t1125, t2162, t2207);
+    t2209 = R::fused(t1151, t2165, t2208);
+    t2210 = R::fused(t1165, t2173, t2209);
+    t2211 = R::fused(t1168, t2189, t2210);
+    t2212 = R::fused(t1171, t2192, t2211);
+    t2213 = R::fused(-t1288, t2202, t2212);
+    t2214 = R::fused(t1372, t2213, t2203);
+    // other
+    t2215 = t970 * t2139;
+    t2216 = t584 * t2165;
+    t2217 = t1147 * t2141;
+    t2218 = t485 * t2162;
+    t2219 = t241 * t2080;
+    t2220 = t155 * t2077;
+    t2221 = t2076 * t83;
+    t2222 = R::fused(t13, t189, t147_148.first()); // solved by the factors
+    t2223 = t645 * t2173;
+    t2224 = R::fused(-t13, t153, t114_115.first()); // solved by the factors
+    t2225 = R::fused(t223, t2224, t2222); // solved by the factors
+    t2226 = R::fused(t462, t2224, t2157); // solved by the factors
+    t2227 = t1291 * t2144;
+    // solved by the factors
+    t2228 = R::fused(-t13, t233, t176_177.first());
+    t2229 = R::fused(-t238, t2224, t2228);
+    t2230 = R::fused(-t288, t2229, t2225);
+    t2231 = R::fused(t473, t2229, t2226);
+    t2232 = R::fused(-t537, t2231, t2230);
+    // other
+    t2233 = t2145 * t2093;
+    t2234 = R::fused(t2144, t2081, t2233);
+    t2235 = R::fused(t2141, t2071, t2234);
+    t2236 = R::fused(t2139, t2070, t2235);
+    t2237 = R::fused(t2126, t2048, t2236);
+    t2238 = R::fused(-t2089, t2033, t2237);
+    t2239 = R::fused(-t2066, t2013, t2238);
+    t2240 = R::fused(t2055, t2014, t2239);
+    t2241 = R::fused(-t2044, t2015, t2240);
+    t2242 = R::fused(-t2037, t2016, t2241);
+    t2243 = R::fused(-t2019, t2017, t2242);
+    t2244 = t1374 * t2145;
+    t2245 = t2145 * t2244;
+    t2246 = R::fused(t2144, t2227, t2245);
+    t2247 = R::fused(t2141, t2217, t2246);
+    t2248 = R::fused(t2139, t2215, t2247);
     let (
         t2249, t2250, t2251, t2252, t2253, t2254, t2255, t2256, t2257, t2258, t2259, t2260, t2261, t2262, t2263, t2264,
-        t2265, t2266, t2267, t2268, t2269, t2270, t2271, t2272, t2273, t2274, t2275, t2276, t2277, t2278, t2279, t2280,
+        t2265, t2266, t2267, t2268, t2269, t2270_2271, t2272, t2273, t2274, t2275, t2276, t2277, t2278, t2279, t2280,
         t2281, t2282, t2283, t2284, t2285, t2286, t2287, t2288, t2289, t2290, t2291, t2292, t2293, t2294, t2295, t2296,
         t2297, t2298, t2299, t2300, t2301, t2302, t2303, t2304, t2305, t2306, t2307, t2308, t2309, t2310, t2311, t2312,
         t2313, t2314, t2315, t2316, t2317, t2318, t2319, t2320, t2321, t2322, t2323, t2324, t2325, t2326, t2327, t2328,
@@ -4688,272 +4744,279 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
         t2377, t2378, t2379, t2380, t2381, t2382, t2383, t2384, t2385, t2386, t2387, t2388, t2389, t2390, t2391, t2392,
         t2393, t2394, t2395, t2396, t2397, t2398, t2399, t2400, t2401, t2402, t2403, t2404, t2405, t2406, t2407, t2408,
         t2409, t2410, t2411, t2412, t2413, t2414, t2415, t2416, t2417, t2418, t2419, t2420, t2421, t2422, t2423, t2424,
-        t2425, t2426, t2427, t2428, t2429, t2430, t2431, t2432, t2433, t2434, t2435, t2436_2437, t2438, t2439, t2440,
+        t2425, t2426, t2427, t2428, t2429, t2430, t2431, t2432, t2433, t2434, t2435, t2436, t2437, t2438, t2439, t2440,
         t2441, t2442, t2443, t2444, t2445, t2446, t2447, t2448, t2449, t2450, t2451, t2452, t2453, t2454, t2455, t2456,
         t2457, t2458, t2459, t2460, t2461, t2462, t2463, t2464, t2465, t2466, t2467, t2468, t2469, t2470, t2471, t2472,
         t2473, t2474, t2475, t2476, t2477, t2478, t2479, t2480, t2481, t2482, t2483, t2484, t2485, t2486, t2487, t2488,
         t2489, t2490, t2491, t2492, t2493, t2494, t2495, t2496, t2497, t2498, t2499, t2500, t2501, t2502, t2503, t2504,
         t2505,
     );
-    t2249 = R::fused(t2171, t2151, t2248);
-    t2250 = t2238 * t1986;
-    t2251 = R::fused(t2237, t1996, t2250);
-    t2252 = R::fused(-t2227, t1998, t2251);
-    t2253 = R::fused(t2218, t2000, t2252);
-    t2254 = R::fused(t2208, t2002, t2253);
-    t2255 = R::fused(t2199, t2004, t2254);
-    t2256 = R::fused(t2191, t2006, t2255);
-    t2257 = R::fused(t2184, t2008, t2256);
-    t2258 = R::fused(-t2178, t2010, t2257);
-    t2259 = R::fused(-t2174, t2012, t2258);
-    t2260 = R::fused(-t2171, t2014, t2259);
-    t2261 = t2260 * t2028;
-    t2262 = R::fused(-t2122, t2261, t2249);
-    t2263 = t2262 * t2169;
-    t2264 = sin_q_right_ankle_roll * t1477_1478.first(); // right_foot: motion
-    t2265 = R::fused(cos_q_right_ankle_roll, t1515_1516.first(), t2264); // right_foot: motion
-    t2266 = t1331_1332.first() - t1333_1334.first(); // right_foot: motion
-    t2267 = t2266 * R::constant(0.15);
-    t2268 = R::fused(t1392, R::constant(0.08), t2267);
-    t2269 = t2265 + t2268;
-    t2270 = t1191 * t1954;
-    t2271 = R::fused(t1454, t1926, t2270);
-    t2272 = R::fused(-t1469, t1916, t2271);
-    t2273 = R::fused(R::constant(9.81), t2272, -t2269);
-    t2274 = t1182 * t2238;
-    t2275 = t2274 * t1858;
-    t2276 = t1179 * t2237;
-    t2277 = R::fused(t2276, t1857, t2275);
-    t2278 = t1026 * t2227;
-    t2279 = R::fused(-t2278, t1831, t2277);
-    t2280 = t908 * t2218;
-    t2281 = R::fused(t2280, t1809, t2279);
-    t2282 = t744 * t2208;
-    t2283 = R::fused(t2282, t1779, t2281);
-    t2284 = t587 * t2199;
-    t2285 = R::fused(t2284, t1742, t2283);
-    t2286 = t499 * t2191;
-    t2287 = R::fused(t2286, t1724, t2285);
-    t2288 = t375 * t2184;
-    t2289 = R::fused(t2288, t1686, t2287);
-    t2290 = t189 * t2178;
-    t2291 = R::fused(-t2290, t1598, t2289);
-    t2292 = t135 * t2174;
-    t2293 = R::fused(-t2292, t1578, t2291);
-    t2294 = t2171 * t85;
-    t2295 = R::fused(-t2294, t1560, t2293);
-    t2296 = t2273 - t2295;
-    t2297 = R::fused(-t2016, t2261, t2296);
-    t2298 = R::fused(-t2155, t2263, t2297);
-    t2299 = t2238 * t2274;
-    t2300 = R::fused(t2237, t2276, t2299);
-    t2301 = R::fused(t2227, t2278, t2300);
-    t2302 = R::fused(t2218, t2280, t2301);
-    t2303 = R::fused(t2208, t2282, t2302);
-    t2304 = R::fused(t2199, t2284, t2303);
-    t2305 = R::fused(t2191, t2286, t2304);
-    t2306 = R::fused(t2184, t2288, t2305);
-    t2307 = R::fused(t2178, t2290, t2306);
-    t2308 = R::fused(t2174, t2292, t2307);
-    t2309 = R::fused(t2171, t2294, t2308);
-    t2310 = R::fused(-t2260, t2261, t2309);
-    t2311 = R::fused(-t2262, t2263, t2310);
-    t2312 = R::constant(1.0) / t2311;
-    t2313 = t2298 * t2312;
+    t2249 = R::fused(t2126, t2194, t2248);
+    t2250 = R::fused(t2089, t2146, t2249);
+    t2251 = R::fused(t2066, t2147, t2250);
+    t2252 = R::fused(t2055, t2148, t2251);
+    t2253 = R::fused(t2044, t2073, t2252);
+    t2254 = R::fused(t2037, t2074, t2253);
+    t2255 = R::fused(t2019, t2075, t2254);
+    t2256 = t2255 + R::constant(3.083222931470553);
+    t2257 = t2244 * t1922;
+    t2258 = R::fused(t2227, t1921, t2257);
+    t2259 = R::fused(t2217, t1918, t2258);
+    t2260 = R::fused(t2215, t1916, t2259);
+    t2261 = R::fused(t2194, t1910, t2260);
+    t2262 = R::fused(-t2146, t1874, t2261);
+    t2263 = R::fused(-t2147, t1861, t2262);
+    t2264 = R::fused(t2148, t1848, t2263);
+    t2265 = R::fused(-t2073, t1753, t2264);
+    t2266 = R::fused(-t2074, t1736, t2265);
+    t2267 = R::fused(-t2075, t1712, t2266);
+    t2268 = R::fused(t1666_1667.first(), R::constant(38.54028664338191), t2267);
+    t2269 = t2031 - t2268;
+    t2270_2271 = t1666_1667 * both(R::constant(481.7535830422739));
+    t2272 = t1147 * t2202;
+    t2273 = t970 * t2192;
+    t2274 = t880 * t2189;
     // solved by the factors
-    t2314 = R::fused(t82, t86, t32_33.first());
-    t2315 = R::fused(-t82, t132, t110_111.first());
-    t2316 = R::fused(t136, t2315, t2314);
-    t2317 = R::fused(-t82, t182, t152_153.first());
-    t2318 = R::fused(-t185, t2315, t2317);
-    t2319 = R::fused(-t190, t2318, t2316);
-    t2320 = t1865 + t224_225.first();
-    t2321 = R::fused(-t82, t363, t2320);
-    t2322 = R::fused(t366, t2315, t2321);
-    t2323 = R::fused(t370, t2318, t2322);
-    t2324 = R::fused(-t376, t2323, t2319);
-    t2325 = t1964 - t394_395.first();
-    t2326 = R::fused(t82, t481, t2325);
-    t2327 = R::fused(t484, t2315, t2326);
-    t2328 = R::fused(t488, t2318, t2327);
-    t2329 = R::fused(-t493, t2323, t2328);
-    t2330 = R::fused(-t500, t2329, t2324);
-    t2331 = t1964 - t505_506.first();
-    t2332 = R::fused(t82, t515, t2331);
-    t2333 = R::fused(t525, t2315, t2332);
-    t2334 = R::fused(t537, t2318, t2333);
-    t2335 = R::fused(-t551, t2323, t2334);
-    t2336 = R::fused(-t567, t2329, t2335);
-    t2337 = R::fused(-t588, t2336, t2330);
-    t2338 = t1975 + t600_601.first();
-    t2339 = R::fused(-t82, t616, t2338);
-    t2340 = R::fused(t632, t2315, t2339);
-    t2341 = R::fused(t650, t2318, t2340);
-    t2342 = R::fused(-t670, t2323, t2341);
-    t2343 = R::fused(-t694, t2329, t2342);
-    t2344 = R::fused(-t711, t2336, t2343);
-    t2345 = R::fused(-t745, t2344, t2337);
-    t2346 = t1870 + t757_758.first();
-    t2347 = R::fused(-t82, t773, t2346);
-    t2348 = R::fused(t789, t2315, t2347);
-    t2349 = R::fused(t807, t2318, t2348);
-    t2350 = R::fused(-t825, t2323, t2349);
-    t2351 = R::fused(-t843, t2329, t2350);
-    t2352 = R::fused(-t858, t2336, t2351);
-    t2353 = R::fused(-t886, t2344, t2352);
-    t2354 = R::fused(t909, t2353, t2345);
-    t2355 = R::fused(t82, t919, t911_912.first());
-    t2356 = R::fused(t927, t2315, t2355);
-    t2357 = R::fused(t937, t2318, t2356);
-    t2358 = R::fused(-t949, t2323, t2357);
-    t2359 = R::fused(-t963, t2329, t2358);
-    t2360 = R::fused(-t977, t2336, t2359);
-    t2361 = R::fused(-t993, t2344, t2360);
-    t2362 = R::fused(t1009, t2353, t2361);
-    t2363 = R::fused(t1027, t2362, t2354);
-    t2364 = R::fused(t82, t1045, t1033_1034.first());
-    t2365 = R::fused(t1057, t2315, t2364);
-    t2366 = R::fused(-t1071, t2318, t2365);
-    t2367 = R::fused(t1085, t2323, t2366);
-    t2368 = R::fused(t1099, t2329, t2367);
-    t2369 = R::fused(t1113, t2336, t2368);
-    t2370 = R::fused(t1128, t2344, t2369);
-    t2371 = R::fused(t1144, t2353, t2370);
-    t2372 = R::fused(t1161, t2362, t2371);
-    t2373 = R::fused(t1180, t2372, t2363);
+    t2275 = t1693 - t362_363.first();
+    t2276 = R::fused(t13, t502, t2275);
+    t2277 = R::fused(t514, t2224, t2276);
+    t2278 = R::fused(t516, t2229, t2277);
+    t2279 = R::fused(-t541, t2231, t2278);
+    t2280 = R::fused(-t631, t2279, t2232);
+    t2281 = t1291 * t2213; // other
+    t2282 = t1693 - t559_560.first();
+    t2283 = R::fused(t13, t589, t2282);
+    t2284 = R::fused(t605, t2224, t2283);
+    t2285 = R::fused(t617, t2229, t2284);
+    t2286 = R::fused(-t636, t2231, t2285);
+    t2287 = R::fused(-t642, t2279, t2286);
+    t2288 = R::fused(-t787, t2287, t2280);
     // other
-    t2374 = t2373 * t2274;
-    t2375 = R::fused(t2372, t2276, t2374);
-    t2376 = R::fused(-t2362, t2278, t2375);
-    t2377 = R::fused(t2353, t2280, t2376);
-    t2378 = R::fused(t2344, t2282, t2377);
-    t2379 = R::fused(t2336, t2284, t2378);
-    t2380 = R::fused(t2329, t2286, t2379);
-    t2381 = R::fused(t2323, t2288, t2380);
-    t2382 = R::fused(t2318, t2290, t2381);
-    t2383 = R::fused(t2315, t2292, t2382);
-    t2384 = R::fused(t82, t2294, t2383);
-    t2385 = t2373 * t1986;
-    t2386 = R::fused(t2372, t1996, t2385);
-    t2387 = R::fused(t2362, t1998, t2386);
-    t2388 = R::fused(t2353, t2000, t2387);
-    t2389 = R::fused(t2344, t2002, t2388);
-    t2390 = R::fused(t2336, t2004, t2389);
-    t2391 = R::fused(t2329, t2006, t2390);
-    t2392 = R::fused(t2323, t2008, t2391);
-    t2393 = R::fused(-t2318, t2010, t2392);
-    t2394 = R::fused(-t2315, t2012, t2393);
-    t2395 = R::fused(-t82, t2014, t2394);
-    t2396 = t2395 * t2028;
-    t2397 = R::fused(-t2260, t2396, t2384);
-    t2398 = t2373 * t2131;
-    t2399 = R::fused(t2372, t2133, t2398);
-    t2400 = R::fused(t2362, t2135, t2399);
-    t2401 = R::fused(t2353, t2137, t2400);
-    t2402 = R::fused(t2344, t2139, t2401);
-    t2403 = R::fused(-t2336, t2141, t2402);
-    t2404 = R::fused(-t2329, t2143, t2403);
-    t2405 = R::fused(t2323, t2145, t2404);
-    t2406 = R::fused(t2318, t2147, t2405);
-    t2407 = R::fused(t2315, t2149, t2406);
-    t2408 = R::fused(t82, t2151, t2407);
-    t2409 = R::constant(38.54028664338191) - t2408;
-    t2410 = R::fused(t2122, t2396, t2409);
-    t2411 = t2410 * t2169;
-    t2412 = R::fused(t2262, t2411, t2397);
-    t2413 = t2412 * t2312;
-    t2414 = t1182 * t2373;
-    t2415 = t2414 * t1858;
-    t2416 = t1179 * t2372;
-    t2417 = R::fused(t2416, t1857, t2415);
-    t2418 = t1026 * t2362;
-    t2419 = R::fused(t2418, t1831, t2417);
-    t2420 = t908 * t2353;
-    t2421 = R::fused(t2420, t1809, t2419);
-    t2422 = t744 * t2344;
-    t2423 = R::fused(t2422, t1779, t2421);
-    t2424 = t587 * t2336;
-    t2425 = R::fused(t2424, t1742, t2423);
-    t2426 = t499 * t2329;
-    t2427 = R::fused(t2426, t1724, t2425);
-    t2428 = t375 * t2323;
-    t2429 = R::fused(t2428, t1686, t2427);
-    t2430 = t189 * t2318;
-    t2431 = R::fused(-t2430, t1598, t2429);
-    t2432 = t135 * t2315;
-    t2433 = R::fused(-t2432, t1578, t2431);
-    t2434 = t82 * t85;
-    t2435 = R::fused(-t2434, t1560, t2433);
-    t2436_2437 = t1521_1522 * both(R::constant(481.7535830422739));
-    t2438 = t2435 - t2436_2437.first();
-    t2439 = t1270_1271.first() + t2438;
-    t2440 = R::fused(t2016, t2396, t2439);
-    t2441 = R::fused(-t2155, t2411, t2440);
-    t2442 = R::fused(t2298, t2413, t2441);
-    t2443 = t2373 * t2414;
-    t2444 = R::fused(t2372, t2416, t2443);
-    t2445 = R::fused(t2362, t2418, t2444);
-    t2446 = R::fused(t2353, t2420, t2445);
-    t2447 = R::fused(t2344, t2422, t2446);
-    t2448 = R::fused(t2336, t2424, t2447);
-    t2449 = R::fused(t2329, t2426, t2448);
-    t2450 = R::fused(t2323, t2428, t2449);
-    t2451 = R::fused(t2318, t2430, t2450);
-    t2452 = R::fused(t2315, t2432, t2451);
-    t2453 = R::fused(t82, t2434, t2452);
-    t2454 = R::constant(481.7535830422739) + t2453;
-    t2455 = R::fused(-t2395, t2396, t2454);
-    t2456 = R::fused(-t2410, t2411, t2455);
-    t2457 = R::fused(-t2412, t2413, t2456);
-    t2458 = R::constant(1.0) / t2457;
-    t2459 = t2442 * t2458;
+    t2289 = t2214 * t2244;
+    t2290 = R::fused(t2213, t2227, t2289);
+    t2291 = R::fused(-t2202, t2217, t2290);
+    t2292 = R::fused(t2192, t2215, t2291);
+    t2293 = R::fused(t2189, t2194, t2292);
+    t2294 = R::fused(-t2173, t2146, t2293);
+    t2295 = R::fused(-t2165, t2147, t2294);
+    t2296 = R::fused(t2162, t2148, t2295);
+    t2297 = R::fused(t2080, t2073, t2296);
+    t2298 = R::fused(t2077, t2074, t2297);
+    t2299 = R::fused(t2076, t2075, t2298);
+    t2300 = t2214 * t2093;
+    t2301 = R::fused(t2213, t2081, t2300);
+    t2302 = R::fused(-t2202, t2071, t2301);
+    t2303 = R::fused(t2192, t2070, t2302);
+    t2304 = R::fused(t2189, t2048, t2303);
+    t2305 = R::fused(t2173, t2033, t2304);
+    t2306 = R::fused(t2165, t2013, t2305);
+    t2307 = R::fused(t2162, t2014, t2306);
+    t2308 = R::fused(-t2080, t2015, t2307);
+    t2309 = R::fused(-t2077, t2016, t2308);
+    t2310 = R::fused(-t2076, t2017, t2309);
+    t2311 = t1374 * t2214;
+    t2312 = t2214 * t2311;
+    t2313 = R::fused(t2213, t2281, t2312);
+    t2314 = R::fused(t2202, t2272, t2313);
+    t2315 = R::fused(t2192, t2273, t2314);
+    t2316 = R::fused(t2189, t2274, t2315);
+    t2317 = R::fused(t2173, t2223, t2316);
+    t2318 = R::fused(t2165, t2216, t2317);
+    t2319 = R::fused(t2162, t2218, t2318);
+    t2320 = R::fused(t2080, t2219, t2319);
+    t2321 = R::fused(t2077, t2220, t2320);
+    t2322 = R::fused(t2076, t2221, t2321);
+    t2323 = t2243 * t2105;
+    t2324 = R::fused(-t2243, t2323, t2256);
+    t2325 = R::constant(1.0) / t2324;
+    t2326 = R::fused(-t2117, t2323, t2269);
+    t2327 = t2311 * t1922;
+    t2328 = R::fused(t2281, t1921, t2327);
+    t2329 = R::fused(-t2272, t1918, t2328);
+    t2330 = R::fused(t2273, t1916, t2329);
+    t2331 = R::fused(t2274, t1910, t2330);
+    t2332 = R::fused(t2223, t1874, t2331);
+    t2333 = R::fused(t2216, t1861, t2332);
+    t2334 = R::fused(t2218, t1848, t2333);
+    t2335 = R::fused(-t2219, t1753, t2334);
+    t2336 = R::fused(-t2220, t1736, t2335);
+    t2337 = R::fused(-t2221, t1712, t2336);
+    t2338 = t2032 - t2337;
     // solved by the factors
-    t2460 = sin_q_right_ankle_roll * t86;
-    t2461 = R::fused(-sin_q_right_ankle_roll, t132, sin_q_right_ankle_roll);
-    t2462 = R::fused(t136, t2461, t2460);
-    t2463 = R::fused(-sin_q_right_ankle_roll, t182, sin_q_right_ankle_roll);
-    t2464 = R::fused(-t185, t2461, t2463);
-    t2465 = R::fused(-t190, t2464, t2462);
-    t2466 = R::fused(-sin_q_right_ankle_roll, t363, t1902);
-    t2467 = R::fused(t366, t2461, t2466);
-    t2468 = R::fused(t370, t2464, t2467);
-    t2469 = R::fused(-t376, t2468, t2465);
-    t2470 = R::fused(-sin_q_right_ankle_roll, t481, t1916);
-    t2471 = R::fused(-t484, t2461, t2470);
-    t2472 = R::fused(-t488, t2464, t2471);
-    t2473 = R::fused(t493, t2468, t2472);
-    t2474 = R::fused(t500, t2473, t2469);
-    t2475 = R::fused(-sin_q_right_ankle_roll, t515, t1916);
-    t2476 = R::fused(-t525, t2461, t2475);
-    t2477 = R::fused(-t537, t2464, t2476);
-    t2478 = R::fused(t551, t2468, t2477);
-    t2479 = R::fused(-t567, t2473, t2478);
-    t2480 = R::fused(t588, t2479, t2474);
-    t2481 = R::fused(-sin_q_right_ankle_roll, t616, t1926);
-    t2482 = R::fused(t632, t2461, t2481);
-    t2483 = R::fused(t650, t2464, t2482);
-    t2484 = R::fused(-t670, t2468, t2483);
-    t2485 = R::fused(t694, t2473, t2484);
-    t2486 = R::fused(t711, t2479, t2485);
-    t2487 = R::fused(-t745, t2486, t2480);
-    t2488 = R::fused(-sin_q_right_ankle_roll, t773, t1954);
-    t2489 = R::fused(t789, t2461, t2488);
-    t2490 = R::fused(t807, t2464, t2489);
-    t2491 = R::fused(-t825, t2468, t2490);
-    t2492 = R::fused(t843, t2473, t2491);
-    t2493 = R::fused(t858, t2479, t2492);
-    t2494 = R::fused(-t886, t2486, t2493);
-    t2495 = R::fused(t909, t2494, t2487);
-    t2496 = sin_q_right_ankle_roll * t919;
-    t2497 = R::fused(t927, t2461, t2496);
-    t2498 = R::fused(t937, t2464, t2497);
-    t2499 = R::fused(-t949, t2468, t2498);
-    t2500 = R::fused(t963, t2473, t2499);
-    t2501 = R::fused(t977, t2479, t2500);
-    t2502 = R::fused(-t993, t2486, t2501);
-    t2503 = R::fused(t1009, t2494, t2502);
-    t2504 = R::fused(t1027, t2503, t2495);
-    t2505 = sin_q_right_ankle_roll * t1045;
+    t2339 = t1966 + t646_647.first();
+    t2340 = R::fused(-t13, t704, t2339);
+    t2341 = R::fused(t722, t2224, t2340);
+    t2342 = R::fused(t749, t2229, t2341);
+    t2343 = R::fused(-t791, t2231, t2342);
+    t2344 = R::fused(-t824, t2279, t2343);
+    t2345 = R::fused(-t877, t2287, t2344);
+    t2346 = R::fused(-t958, t2345, t2288);
+    t2347 = t1694 + t840_841.first();
+    t2348 = R::fused(-t13, t861, t2347);
+    t2349 = R::fused(t883, t2224, t2348);
+    t2350 = R::fused(t887, t2229, t2349);
+    t2351 = R::fused(-t914, t2231, t2350);
+    t2352 = R::fused(-t937, t2279, t2351);
+    t2353 = R::fused(-t960, t2287, t2352);
+    t2354 = R::fused(-t967, t2345, t2353);
+    t2355 = R::fused(t1057, t2354, t2346);
+    t2356 = R::fused(t13, t944, t928_929.first());
+    t2357 = R::fused(t963, t2224, t2356);
+    t2358 = R::fused(t971, t2229, t2357);
+    t2359 = R::fused(-t1008, t2231, t2358);
+    t2360 = R::fused(-t1042, t2279, t2359);
+    t2361 = R::fused(-t1087, t2287, t2360);
+    t2362 = R::fused(-t1140, t2345, t2361);
+    t2363 = R::fused(t1144, t2354, t2362);
+    t2364 = R::fused(t1174, t2363, t2355);
+    t2365 = R::fused(t13, t1063, t1045_1046.first());
+    t2366 = R::fused(t1075, t2224, t2365);
+    t2367 = R::fused(-t1104, t2229, t2366);
+    t2368 = R::fused(t1125, t2231, t2367);
+    t2369 = R::fused(t1151, t2279, t2368);
+    t2370 = R::fused(t1165, t2287, t2369);
+    t2371 = R::fused(t1168, t2345, t2370);
+    t2372 = R::fused(t1171, t2354, t2371);
+    t2373 = R::fused(t1288, t2363, t2372);
+    t2374 = R::fused(t1372, t2373, t2364);
+    // other
+    t2375 = t2326 * t2325;
+    t2376 = t645 * t2287;
+    t2377 = t584 * t2279;
+    t2378 = t485 * t2231;
+    t2379 = t241 * t2229;
+    t2380 = t155 * t2224;
+    t2381 = t13 * t83;
+    // solved by the factors
+    t2382 = sin_q_right_ankle_roll * t189;
+    t2383 = R::fused(-sin_q_right_ankle_roll, t153, sin_q_right_ankle_roll);
+    t2384 = R::fused(t223, t2383, t2382);
+    t2385 = R::fused(t462, t2383, t2050);
+    t2386 = R::fused(-sin_q_right_ankle_roll, t233, sin_q_right_ankle_roll);
+    t2387 = R::fused(-t238, t2383, t2386);
+    t2388 = R::fused(-t288, t2387, t2384);
+    t2389 = R::fused(t473, t2387, t2385);
+    t2390 = R::fused(-t537, t2389, t2388);
+    // other
+    t2391 = t2310 * t2105;
+    t2392 = R::fused(-t2243, t2391, t2299);
+    t2393 = R::fused(-t2310, t2391, t2322);
+    t2394 = R::fused(-t2117, t2391, t2338);
+    t2395 = t880 * t2345;
+    // solved by the factors
+    t2396 = R::fused(-sin_q_right_ankle_roll, t502, t1934);
+    t2397 = R::fused(-t514, t2383, t2396);
+    t2398 = R::fused(-t516, t2387, t2397);
+    t2399 = R::fused(t541, t2389, t2398);
+    t2400 = R::fused(t631, t2399, t2390);
+    t2401 = R::fused(-sin_q_right_ankle_roll, t589, t1934);
+    t2402 = R::fused(-t605, t2383, t2401);
+    t2403 = R::fused(-t617, t2387, t2402);
+    t2404 = R::fused(t636, t2389, t2403);
+    t2405 = R::fused(-t642, t2399, t2404);
+    t2406 = R::fused(t787, t2405, t2400);
+    // other
+    t2407 = t2392 * t2325;
+    t2408 = R::fused(-t2392, t2407, t2393);
+    t2409 = R::constant(1.0) / t2408;
+    t2410 = R::fused(-t2326, t2407, t2394);
+    t2411 = t970 * t2354;
+    // solved by the factors
+    t2412 = R::fused(-sin_q_right_ankle_roll, t704, t1947);
+    t2413 = R::fused(t722, t2383, t2412);
+    t2414 = R::fused(t749, t2387, t2413);
+    t2415 = R::fused(-t791, t2389, t2414);
+    t2416 = R::fused(t824, t2399, t2415);
+    t2417 = R::fused(t877, t2405, t2416);
+    t2418 = R::fused(-t958, t2417, t2406);
+    t2419 = R::fused(-sin_q_right_ankle_roll, t861, t1963);
+    t2420 = R::fused(t883, t2383, t2419);
+    t2421 = R::fused(t887, t2387, t2420);
+    t2422 = R::fused(-t914, t2389, t2421);
+    t2423 = R::fused(t937, t2399, t2422);
+    t2424 = R::fused(t960, t2405, t2423);
+    t2425 = R::fused(-t967, t2417, t2424);
+    t2426 = R::fused(t1057, t2425, t2418);
+    t2427 = t1147 * t2363; // other
+    t2428 = sin_q_right_ankle_roll * t944;
+    t2429 = R::fused(t963, t2383, t2428);
+    t2430 = R::fused(t971, t2387, t2429);
+    t2431 = R::fused(-t1008, t2389, t2430);
+    t2432 = R::fused(t1042, t2399, t2431);
+    t2433 = R::fused(t1087, t2405, t2432);
+    t2434 = R::fused(-t1140, t2417, t2433);
+    t2435 = R::fused(t1144, t2425, t2434);
+    t2436 = R::fused(t1174, t2435, t2426);
+    t2437 = t1291 * t2373; // other
+    t2438 = t2410 * t2409; // other
+    t2439 = sin_q_right_ankle_roll * t1063;
+    t2440 = R::fused(t1075, t2383, t2439);
+    t2441 = R::fused(-t1104, t2387, t2440);
+    t2442 = R::fused(t1125, t2389, t2441);
+    t2443 = R::fused(-t1151, t2399, t2442);
+    t2444 = R::fused(-t1165, t2405, t2443);
+    t2445 = R::fused(t1168, t2417, t2444);
+    t2446 = R::fused(t1171, t2425, t2445);
+    t2447 = R::fused(t1288, t2435, t2446);
+    t2448 = R::fused(t1372, t2447, t2436);
+    // other
+    t2449 = t2374 * t2311;
+    t2450 = R::fused(t2373, t2281, t2449);
+    t2451 = R::fused(-t2363, t2272, t2450);
+    t2452 = R::fused(t2354, t2273, t2451);
+    t2453 = R::fused(t2345, t2274, t2452);
+    t2454 = R::fused(t2287, t2223, t2453);
+    t2455 = R::fused(t2279, t2216, t2454);
+    t2456 = R::fused(t2231, t2218, t2455);
+    t2457 = R::fused(t2229, t2219, t2456);
+    t2458 = R::fused(t2224, t2220, t2457);
+    t2459 = R::fused(t13, t2221, t2458);
+    t2460 = t2374 * t2093;
+    t2461 = R::fused(t2373, t2081, t2460);
+    t2462 = R::fused(t2363, t2071, t2461);
+    t2463 = R::fused(t2354, t2070, t2462);
+    t2464 = R::fused(t2345, t2048, t2463);
+    t2465 = R::fused(t2287, t2033, t2464);
+    t2466 = R::fused(t2279, t2013, t2465);
+    t2467 = R::fused(t2231, t2014, t2466);
+    t2468 = R::fused(-t2229, t2015, t2467);
+    t2469 = R::fused(-t2224, t2016, t2468);
+    t2470 = R::fused(-t13, t2017, t2469);
+    t2471 = t2374 * t2244;
+    t2472 = R::fused(t2373, t2227, t2471);
+    t2473 = R::fused(t2363, t2217, t2472);
+    t2474 = R::fused(t2354, t2215, t2473);
+    t2475 = R::fused(t2345, t2194, t2474);
+    t2476 = R::fused(-t2287, t2146, t2475);
+    t2477 = R::fused(-t2279, t2147, t2476);
+    t2478 = R::fused(t2231, t2148, t2477);
+    t2479 = R::fused(t2229, t2073, t2478);
+    t2480 = R::fused(t2224, t2074, t2479);
+    t2481 = R::fused(t13, t2075, t2480);
+    t2482 = R::constant(38.54028664338191) - t2481;
+    t2483 = t1374 * t2374;
+    t2484 = t2374 * t2483;
+    t2485 = R::fused(t2373, t2437, t2484);
+    t2486 = R::fused(t2363, t2427, t2485);
+    t2487 = R::fused(t2354, t2411, t2486);
+    t2488 = R::fused(t2345, t2395, t2487);
+    t2489 = R::fused(t2287, t2376, t2488);
+    t2490 = R::fused(t2279, t2377, t2489);
+    t2491 = R::fused(t2231, t2378, t2490);
+    t2492 = R::fused(t2229, t2379, t2491);
+    t2493 = R::fused(t2224, t2380, t2492);
+    t2494 = t1374 * t2448;
+    t2495 = R::fused(t13, t2381, t2493);
+    t2496 = R::constant(481.7535830422739) + t2495;
+    t2497 = t2483 * t1922;
+    t2498 = R::fused(t2437, t1921, t2497);
+    t2499 = R::fused(t2427, t1918, t2498);
+    t2500 = R::fused(t2411, t1916, t2499);
+    t2501 = t2494 * t1922;
+    t2502 = R::fused(t2395, t1910, t2500);
+    t2503 = R::fused(t2376, t1874, t2502);
+    t2504 = R::fused(t2377, t1861, t2503);
+    t2505 = R::fused(t2378, t1848, t2504);
     let (
         t2506, t2507, t2508, t2509, t2510, t2511, t2512, t2513, t2514, t2515, t2516, t2517, t2518, t2519, t2520, t2521,
         t2522, t2523, t2524, t2525, t2526, t2527, t2528, t2529, t2530, t2531, t2532, t2533, t2534, t2535, t2536, t2537,
@@ -4972,276 +5035,263 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
         t2730, t2731, t2732, t2733, t2734, t2735, t2736, t2737, t2738, t2739, t2740, t2741, t2742, t2743, t2744, t2745,
         t2746, t2747, t2748, t2749, t2750, t2751, t2752, t2753, t2754, t2755, t2756, t2757, t2758, t2759, t2760, t2761,
     );
-    t2506 = R::fused(t1057, t2461, t2505);
-    t2507 = R::fused(-t1071, t2464, t2506);
-    t2508 = R::fused(t1085, t2468, t2507);
-    t2509 = R::fused(-t1099, t2473, t2508);
-    t2510 = R::fused(-t1113, t2479, t2509);
-    t2511 = R::fused(t1128, t2486, t2510);
-    t2512 = R::fused(t1144, t2494, t2511);
-    t2513 = R::fused(t1161, t2503, t2512);
-    t2514 = R::fused(t1180, t2513, t2504);
-    // other
-    t2515 = t2514 * t2414;
-    t2516 = R::fused(t2513, t2416, t2515);
-    t2517 = R::fused(t2503, t2418, t2516);
-    t2518 = R::fused(t2494, t2420, t2517);
-    t2519 = R::fused(t2486, t2422, t2518);
-    t2520 = R::fused(-t2479, t2424, t2519);
-    t2521 = R::fused(-t2473, t2426, t2520);
-    t2522 = R::fused(t2468, t2428, t2521);
-    t2523 = R::fused(t2464, t2430, t2522);
-    t2524 = R::fused(t2461, t2432, t2523);
-    t2525 = R::fused(sin_q_right_ankle_roll, t2434, t2524);
-    t2526 = t2514 * t1986;
-    t2527 = R::fused(t2513, t1996, t2526);
-    t2528 = R::fused(t2503, t1998, t2527);
-    t2529 = R::fused(t2494, t2000, t2528);
-    t2530 = R::fused(t2486, t2002, t2529);
-    t2531 = R::fused(-t2479, t2004, t2530);
-    t2532 = R::fused(-t2473, t2006, t2531);
-    t2533 = R::fused(t2468, t2008, t2532);
-    t2534 = R::fused(-t2464, t2010, t2533);
-    t2535 = R::fused(-t2461, t2012, t2534);
-    t2536 = R::fused(-sin_q_right_ankle_roll, t2014, t2535);
-    t2537 = t2536 * t2028;
-    t2538 = R::fused(-t2395, t2537, t2525);
-    t2539 = t2514 * t2131;
-    t2540 = R::fused(t2513, t2133, t2539);
-    t2541 = R::fused(t2503, t2135, t2540);
-    t2542 = R::fused(t2494, t2137, t2541);
-    t2543 = R::fused(t2486, t2139, t2542);
-    t2544 = R::fused(t2479, t2141, t2543);
-    t2545 = R::fused(t2473, t2143, t2544);
-    t2546 = R::fused(t2468, t2145, t2545);
-    t2547 = R::fused(t2464, t2147, t2546);
-    t2548 = R::fused(t2461, t2149, t2547);
-    t2549 = R::fused(sin_q_right_ankle_roll, t2151, t2548);
-    t2550 = R::fused(-t2122, t2537, t2549);
-    t2551 = t2550 * t2169;
-    t2552 = R::fused(t2410, t2551, t2538);
-    t2553 = t2514 * t2274;
-    t2554 = R::fused(t2513, t2276, t2553);
-    t2555 = R::fused(-t2503, t2278, t2554);
-    t2556 = R::fused(t2494, t2280, t2555);
-    t2557 = R::fused(t2486, t2282, t2556);
-    t2558 = R::fused(-t2479, t2284, t2557);
-    t2559 = R::fused(-t2473, t2286, t2558);
-    t2560 = R::fused(t2468, t2288, t2559);
-    t2561 = R::fused(t2464, t2290, t2560);
-    t2562 = R::fused(t2461, t2292, t2561);
-    t2563 = R::fused(sin_q_right_ankle_roll, t2294, t2562);
-    t2564 = R::fused(-t2260, t2537, t2563);
-    t2565 = R::fused(-t2262, t2551, t2564);
-    t2566 = t2565 * t2312;
-    t2567 = R::fused(-t2412, t2566, t2552);
-    t2568 = t2567 * t2458;
-    t2569 = t1182 * t2514;
-    t2570 = t2569 * t1858;
-    t2571 = t1179 * t2513;
-    t2572 = R::fused(t2571, t1857, t2570);
-    t2573 = t1026 * t2503;
-    t2574 = R::fused(t2573, t1831, t2572);
-    t2575 = t908 * t2494;
-    t2576 = R::fused(t2575, t1809, t2574);
-    t2577 = t744 * t2486;
-    t2578 = R::fused(t2577, t1779, t2576);
-    t2579 = t587 * t2479;
-    t2580 = R::fused(-t2579, t1742, t2578);
-    t2581 = t499 * t2473;
-    t2582 = R::fused(-t2581, t1724, t2580);
-    t2583 = t375 * t2468;
-    t2584 = R::fused(t2583, t1686, t2582);
-    t2585 = t189 * t2464;
-    t2586 = R::fused(-t2585, t1598, t2584);
-    t2587 = t135 * t2461;
-    t2588 = R::fused(-t2587, t1578, t2586);
-    t2589 = sin_q_right_ankle_roll * t85;
-    t2590 = R::fused(-t2589, t1560, t2588);
-    t2591 = t1432_1433.first() + t2590;
-    t2592 = R::fused(t2016, t2537, t2591);
-    t2593 = R::fused(t2155, t2551, t2592);
-    t2594 = R::fused(t2298, t2566, t2593);
-    t2595 = R::fused(-t2442, t2568, t2594);
-    t2596 = t2514 * t2569;
-    t2597 = R::fused(t2513, t2571, t2596);
-    t2598 = R::fused(t2503, t2573, t2597);
-    t2599 = R::fused(t2494, t2575, t2598);
-    t2600 = R::fused(t2486, t2577, t2599);
-    t2601 = R::fused(t2479, t2579, t2600);
-    t2602 = R::fused(t2473, t2581, t2601);
-    t2603 = R::fused(t2468, t2583, t2602);
-    t2604 = R::fused(t2464, t2585, t2603);
-    t2605 = R::fused(t2461, t2587, t2604);
-    t2606 = R::fused(sin_q_right_ankle_roll, t2589, t2605);
-    t2607 = R::fused(-t2536, t2537, t2606);
-    t2608 = R::fused(-t2550, t2551, t2607);
-    t2609 = R::fused(-t2565, t2566, t2608);
-    t2610 = R::fused(-t2567, t2568, t2609);
-    t2611 = R::constant(1.0) / t2610;
-    t2612 = t2595 * t2611;
-    t2613 = R::fused(t2568, t2612, -t2459);
-    t2614 = R::fused(-t2413, t2613, t2313);
-    t2615 = R::fused(t2566, t2612, t2614);
-    t2616 = R::fused(-t2263, t2615, t2170);
-    t2617 = R::fused(t2411, t2613, t2616);
-    t2618 = R::fused(t2551, t2612, t2617);
-    t2619 = R::fused(-t2123, t2618, t2029);
-    t2620 = R::fused(-t2261, t2615, t2619);
-    t2621 = R::fused(-t2396, t2613, t2620);
-    t2622 = R::fused(t2537, t2612, t2621);
-    t2623 = R::fused(t1986, t2622, t1859);
-    t2624 = R::fused(t2131, t2618, t2623);
-    t2625 = R::fused(t2274, t2615, t2624);
-    t2626 = R::fused(t2414, t2613, t2625);
-    t2627 = R::fused(-t2569, t2612, t2626);
-    t2628 = t1179 * t1857;
-    t2629 = R::fused(t1996, t2622, t2628);
-    t2630 = R::fused(t2133, t2618, t2629);
-    t2631 = R::fused(t2276, t2615, t2630);
-    t2632 = R::fused(t2416, t2613, t2631);
-    t2633 = R::fused(-t2571, t2612, t2632);
-    t2634 = R::fused(t1180, t2627, t2633); // solved by the factors
-    t2635 = t1026 * t1831;
-    t2636 = R::fused(t1998, t2622, t2635);
-    t2637 = R::fused(t2135, t2618, t2636);
-    t2638 = R::fused(-t2278, t2615, t2637);
-    t2639 = R::fused(t2418, t2613, t2638);
-    t2640 = R::fused(-t2573, t2612, t2639);
-    t2641 = R::fused(t1027, t2627, t2640); // solved by the factors
-    t2642 = R::fused(t1161, t2634, t2641); // solved by the factors
-    t2643 = t908 * t1809;
-    t2644 = R::fused(t2000, t2622, t2643);
-    t2645 = R::fused(t2137, t2618, t2644);
-    t2646 = R::fused(t2280, t2615, t2645);
-    t2647 = R::fused(t2420, t2613, t2646);
-    t2648 = R::fused(-t2575, t2612, t2647);
-    t2649 = R::fused(t909, t2627, t2648); // solved by the factors
-    t2650 = R::fused(t1144, t2634, t2649); // solved by the factors
-    t2651 = R::fused(t1009, t2642, t2650); // solved by the factors
-    t2652 = t744 * t1779;
-    t2653 = R::fused(t2002, t2622, t2652);
-    t2654 = R::fused(t2139, t2618, t2653);
-    t2655 = R::fused(t2282, t2615, t2654);
-    t2656 = R::fused(t2422, t2613, t2655);
-    t2657 = R::fused(-t2577, t2612, t2656);
+    t2506 = R::fused(-t2379, t1753, t2505);
+    t2507 = R::fused(-t2380, t1736, t2506);
+    t2508 = R::fused(-t2381, t1712, t2507);
+    t2509 = t2508 - t2270_2271.first();
+    t2510 = t1348_1349.first() + t2509;
+    t2511 = t1291 * t2447;
+    t2512 = t1291 * t1921;
+    t2513 = R::fused(t2511, t1921, t2501);
+    t2514 = t1147 * t2435;
+    t2515 = t1147 * t1918;
+    t2516 = R::fused(t2514, t1918, t2513);
+    t2517 = t970 * t2425;
+    t2518 = t970 * t1916;
+    t2519 = R::fused(t2517, t1916, t2516);
+    t2520 = t2448 * t2483;
+    t2521 = R::fused(t2447, t2437, t2520);
+    t2522 = R::fused(t2435, t2427, t2521);
+    t2523 = R::fused(t2425, t2411, t2522);
+    t2524 = R::fused(t2417, t2395, t2523);
+    t2525 = R::fused(-t2405, t2376, t2524);
+    t2526 = R::fused(-t2399, t2377, t2525);
+    t2527 = R::fused(t2389, t2378, t2526);
+    t2528 = R::fused(t2387, t2379, t2527);
+    t2529 = R::fused(t2383, t2380, t2528);
+    t2530 = R::fused(sin_q_right_ankle_roll, t2381, t2529);
+    t2531 = t2448 * t2093;
+    t2532 = R::fused(t2447, t2081, t2531);
+    t2533 = R::fused(t2435, t2071, t2532);
+    t2534 = R::fused(t2425, t2070, t2533);
+    t2535 = R::fused(t2417, t2048, t2534);
+    t2536 = R::fused(-t2405, t2033, t2535);
+    t2537 = R::fused(-t2399, t2013, t2536);
+    t2538 = R::fused(t2389, t2014, t2537);
+    t2539 = R::fused(-t2387, t2015, t2538);
+    t2540 = R::fused(-t2383, t2016, t2539);
+    t2541 = R::fused(-sin_q_right_ankle_roll, t2017, t2540);
+    t2542 = t2448 * t2244;
+    t2543 = R::fused(t2447, t2227, t2542);
+    t2544 = R::fused(t2435, t2217, t2543);
+    t2545 = R::fused(t2425, t2215, t2544);
+    t2546 = R::fused(t2417, t2194, t2545);
+    t2547 = R::fused(t2405, t2146, t2546);
+    t2548 = R::fused(t2399, t2147, t2547);
+    t2549 = R::fused(t2389, t2148, t2548);
+    t2550 = R::fused(t2387, t2073, t2549);
+    t2551 = R::fused(t2383, t2074, t2550);
+    t2552 = R::fused(sin_q_right_ankle_roll, t2075, t2551);
+    t2553 = t2470 * t2105;
+    t2554 = R::fused(-t2310, t2553, t2459);
+    t2555 = R::fused(t2243, t2553, t2482);
+    t2556 = R::fused(-t2470, t2553, t2496);
+    t2557 = R::fused(t2117, t2553, t2510);
+    t2558 = t2541 * t2105;
+    t2559 = R::fused(-t2470, t2558, t2530);
+    t2560 = R::fused(-t2243, t2558, t2552);
+    t2561 = t2448 * t2311;
+    t2562 = t2448 * t2494;
+    t2563 = R::fused(t2447, t2281, t2561);
+    t2564 = R::fused(t2447, t2511, t2562);
+    t2565 = R::fused(-t2435, t2272, t2563);
+    t2566 = R::fused(t2435, t2514, t2564);
+    t2567 = R::fused(t2425, t2273, t2565);
+    t2568 = R::fused(t2425, t2517, t2566);
+    t2569 = R::fused(t2417, t2274, t2567);
+    t2570 = R::fused(-t2405, t2223, t2569);
+    t2571 = R::fused(-t2399, t2216, t2570);
+    t2572 = R::fused(t2389, t2218, t2571);
+    t2573 = R::fused(t2387, t2219, t2572);
+    t2574 = R::fused(t2383, t2220, t2573);
+    t2575 = R::fused(sin_q_right_ankle_roll, t2221, t2574);
+    t2576 = R::fused(-t2310, t2558, t2575);
+    t2577 = t2555 * t2325;
+    t2578 = R::fused(t2392, t2577, t2554);
+    t2579 = R::fused(-t2555, t2577, t2556);
+    t2580 = R::fused(-t2326, t2577, t2557);
+    t2581 = t2560 * t2325;
+    t2582 = R::fused(t2555, t2581, t2559);
+    t2583 = R::fused(-t2392, t2581, t2576);
+    t2584 = t880 * t2417;
+    t2585 = R::fused(t2417, t2584, t2568);
+    t2586 = t880 * t1910;
+    t2587 = R::fused(t2584, t1910, t2519);
+    t2588 = t645 * t2405;
+    t2589 = R::fused(t2405, t2588, t2585);
+    t2590 = t645 * t1874;
+    t2591 = R::fused(-t2588, t1874, t2587);
+    t2592 = t2578 * t2409;
+    t2593 = R::fused(-t2578, t2592, t2579);
+    t2594 = R::constant(1.0) / t2593;
+    t2595 = R::fused(t2410, t2592, t2580);
+    t2596 = t2583 * t2409;
+    t2597 = R::fused(-t2578, t2596, t2582);
+    t2598 = t584 * t2399;
+    t2599 = R::fused(t2399, t2598, t2589);
+    t2600 = t584 * t1861;
+    t2601 = R::fused(-t2598, t1861, t2591);
+    t2602 = t485 * t2389;
+    t2603 = R::fused(t2389, t2602, t2599);
+    t2604 = t485 * t1848;
+    t2605 = R::fused(t2602, t1848, t2601);
+    t2606 = t241 * t2387;
+    t2607 = R::fused(t2387, t2606, t2603);
+    t2608 = t241 * t1753;
+    t2609 = R::fused(-t2606, t1753, t2605);
+    t2610 = t155 * t2383;
+    t2611 = R::fused(t2383, t2610, t2607);
+    t2612 = t155 * t1736;
+    t2613 = R::fused(-t2610, t1736, t2609);
+    t2614 = sin_q_right_ankle_roll * t83;
+    t2615 = t83 * t1712;
+    t2616 = R::fused(-t2614, t1712, t2613);
+    t2617 = t1370_1371.first() + t2616;
+    t2618 = R::fused(t2117, t2558, t2617);
+    t2619 = R::fused(t2326, t2581, t2618);
+    t2620 = R::fused(t2410, t2596, t2619);
+    t2621 = R::fused(sin_q_right_ankle_roll, t2614, t2611);
+    t2622 = R::fused(-t2541, t2558, t2621);
+    t2623 = R::fused(-t2560, t2581, t2622);
+    t2624 = R::fused(-t2583, t2596, t2623);
+    t2625 = t2595 * t2594;
+    t2626 = t2597 * t2594;
+    t2627 = R::fused(-t2595, t2626, t2620);
+    t2628 = R::fused(-t2597, t2626, t2624);
+    t2629 = R::constant(1.0) / t2628;
+    t2630 = t2627 * t2629;
+    t2631 = R::fused(t2626, t2630, -t2625);
+    t2632 = R::fused(-t2592, t2631, t2438);
+    t2633 = R::fused(t2596, t2630, t2632);
+    t2634 = R::fused(-t2407, t2633, t2375);
+    t2635 = R::fused(t2577, t2631, t2634);
+    t2636 = R::fused(t2581, t2630, t2635);
+    t2637 = R::fused(-t2323, t2636, t2204);
+    t2638 = R::fused(-t2391, t2633, t2637);
+    t2639 = R::fused(-t2553, t2631, t2638);
+    t2640 = R::fused(t2558, t2630, t2639);
+    t2641 = R::fused(t2093, t2640, t2059);
+    t2642 = R::fused(t2081, t2640, t2512);
+    t2643 = R::fused(t2071, t2640, t2515);
+    t2644 = R::fused(t2070, t2640, t2518);
+    t2645 = R::fused(t2048, t2640, t2586);
+    t2646 = R::fused(t2033, t2640, t2590);
+    t2647 = R::fused(t2013, t2640, t2600);
+    t2648 = R::fused(t2014, t2640, t2604);
+    t2649 = R::fused(t2015, t2640, t2608);
+    t2650 = R::fused(t2016, t2640, t2612);
+    t2651 = R::fused(t2017, t2640, t2615);
+    t2652 = R::fused(t2244, t2636, t2641);
+    t2653 = R::fused(t2227, t2636, t2642);
+    t2654 = R::fused(t2217, t2636, t2643);
+    t2655 = R::fused(t2215, t2636, t2644);
+    t2656 = R::fused(t2194, t2636, t2645);
+    t2657 = R::fused(-t2146, t2636, t2646);
+    t2658 = R::fused(-t2147, t2636, t2647);
+    t2659 = R::fused(t2148, t2636, t2648);
+    t2660 = R::fused(-t2073, t2636, t2649);
+    t2661 = R::fused(-t2074, t2636, t2650);
+    t2662 = R::fused(-t2075, t2636, t2651);
+    t2663 = R::fused(t2311, t2633, t2652);
+    t2664 = R::fused(t2281, t2633, t2653);
+    t2665 = R::fused(-t2272, t2633, t2654);
+    t2666 = R::fused(t2273, t2633, t2655);
+    t2667 = R::fused(t2274, t2633, t2656);
+    t2668 = R::fused(t2223, t2633, t2657);
+    t2669 = R::fused(t2216, t2633, t2658);
+    t2670 = R::fused(t2218, t2633, t2659);
+    t2671 = R::fused(-t2219, t2633, t2660);
+    t2672 = R::fused(-t2220, t2633, t2661);
+    t2673 = R::fused(-t2221, t2633, t2662);
+    t2674 = R::fused(t2483, t2631, t2663);
+    t2675 = R::fused(t2437, t2631, t2664);
+    t2676 = R::fused(t2427, t2631, t2665);
+    t2677 = R::fused(t2411, t2631, t2666);
+    t2678 = R::fused(t2395, t2631, t2667);
+    t2679 = R::fused(t2376, t2631, t2668);
+    t2680 = R::fused(t2377, t2631, t2669);
+    t2681 = R::fused(t2378, t2631, t2670);
+    t2682 = R::fused(-t2379, t2631, t2671);
+    t2683 = R::fused(-t2380, t2631, t2672);
+    t2684 = R::fused(-t2381, t2631, t2673);
+    t2685 = R::fused(-t2494, t2630, t2674);
+    t2686 = R::fused(-t2511, t2630, t2675);
+    t2687 = R::fused(-t2514, t2630, t2676);
+    t2688 = R::fused(-t2517, t2630, t2677);
+    t2689 = R::fused(-t2584, t2630, t2678);
+    t2690 = R::fused(t2588, t2630, t2679);
+    t2691 = R::fused(t2598, t2630, t2680);
+    t2692 = R::fused(-t2602, t2630, t2681);
+    t2693 = R::fused(t2606, t2630, t2682);
+    t2694 = R::fused(t2610, t2630, t2683);
+    t2695 = R::fused(t2614, t2630, t2684);
     // solved by the factors
-    t2658 = R::fused(-t745, t2627, t2657);
-    t2659 = R::fused(t1128, t2634, t2658);
-    t2660 = R::fused(-t993, t2642, t2659);
-    t2661 = R::fused(-t886, t2651, t2660);
-    // other
-    t2662 = t587 * t1742;
-    t2663 = R::fused(t2004, t2622, t2662);
-    t2664 = R::fused(-t2141, t2618, t2663);
-    t2665 = R::fused(t2284, t2615, t2664);
-    t2666 = R::fused(t2424, t2613, t2665);
-    t2667 = R::fused(t2579, t2612, t2666);
-    // solved by the factors
-    t2668 = R::fused(-t588, t2627, t2667);
-    t2669 = R::fused(t1113, t2634, t2668);
-    t2670 = R::fused(-t977, t2642, t2669);
-    t2671 = R::fused(-t858, t2651, t2670);
-    t2672 = R::fused(-t711, t2661, t2671);
-    // other
-    t2673 = t499 * t1724;
-    t2674 = R::fused(t2006, t2622, t2673);
-    t2675 = R::fused(-t2143, t2618, t2674);
-    t2676 = R::fused(t2286, t2615, t2675);
-    t2677 = R::fused(t2426, t2613, t2676);
-    t2678 = R::fused(t2581, t2612, t2677);
-    // solved by the factors
-    t2679 = R::fused(-t500, t2627, t2678);
-    t2680 = R::fused(t1099, t2634, t2679);
-    t2681 = R::fused(-t963, t2642, t2680);
-    t2682 = R::fused(-t843, t2651, t2681);
-    t2683 = R::fused(-t694, t2661, t2682);
-    t2684 = R::fused(-t567, t2672, t2683);
-    // other
-    t2685 = t375 * t1686;
-    t2686 = R::fused(t2008, t2622, t2685);
-    t2687 = R::fused(t2145, t2618, t2686);
-    t2688 = R::fused(t2288, t2615, t2687);
-    t2689 = R::fused(t2428, t2613, t2688);
-    t2690 = R::fused(-t2583, t2612, t2689);
-    // solved by the factors
-    t2691 = R::fused(-t376, t2627, t2690);
-    t2692 = R::fused(t1085, t2634, t2691);
-    t2693 = R::fused(-t949, t2642, t2692);
-    t2694 = R::fused(-t825, t2651, t2693);
-    t2695 = R::fused(-t670, t2661, t2694);
-    t2696 = R::fused(-t551, t2672, t2695);
-    t2697 = R::fused(-t493, t2684, t2696);
-    // other
-    t2698 = t189 * t1598;
-    t2699 = R::fused(t2010, t2622, t2698);
-    t2700 = R::fused(-t2147, t2618, t2699);
-    t2701 = R::fused(-t2290, t2615, t2700);
-    t2702 = R::fused(-t2430, t2613, t2701);
-    t2703 = R::fused(t2585, t2612, t2702);
-    // solved by the factors
-    t2704 = R::fused(t190, t2627, t2703);
-    t2705 = R::fused(t1071, t2634, t2704);
-    t2706 = R::fused(-t937, t2642, t2705);
-    t2707 = R::fused(-t807, t2651, t2706);
-    t2708 = R::fused(-t650, t2661, t2707);
-    t2709 = R::fused(-t537, t2672, t2708);
-    t2710 = R::fused(-t488, t2684, t2709);
-    t2711 = R::fused(-t370, t2697, t2710);
-    // other
-    t2712 = t135 * t1578;
-    t2713 = R::fused(t2012, t2622, t2712);
-    t2714 = R::fused(-t2149, t2618, t2713);
-    t2715 = R::fused(-t2292, t2615, t2714);
-    t2716 = R::fused(-t2432, t2613, t2715);
-    t2717 = R::fused(t2587, t2612, t2716);
-    // solved by the factors
-    t2718 = R::fused(-t136, t2627, t2717);
-    t2719 = R::fused(-t1057, t2634, t2718);
-    t2720 = R::fused(-t927, t2642, t2719);
-    t2721 = R::fused(-t789, t2651, t2720);
-    t2722 = R::fused(-t632, t2661, t2721);
-    t2723 = R::fused(-t525, t2672, t2722);
-    t2724 = R::fused(-t484, t2684, t2723);
-    t2725 = R::fused(-t366, t2697, t2724);
-    t2726 = R::fused(-t185, t2711, t2725);
-    // other
-    t2727 = t85 * t1560;
-    t2728 = R::fused(t2014, t2622, t2727);
-    t2729 = R::fused(-t2151, t2618, t2728);
-    t2730 = R::fused(-t2294, t2615, t2729);
-    t2731 = R::fused(-t2434, t2613, t2730);
-    t2732 = R::fused(t2589, t2612, t2731);
-    // solved by the factors
-    t2733 = R::fused(-t86, t2627, t2732);
-    t2734 = R::fused(-t1045, t2634, t2733);
-    t2735 = R::fused(-t919, t2642, t2734);
-    t2736 = R::fused(t773, t2651, t2735);
-    t2737 = R::fused(t616, t2661, t2736);
-    t2738 = R::fused(-t515, t2672, t2737);
-    t2739 = R::fused(-t481, t2684, t2738);
-    t2740 = R::fused(t363, t2697, t2739);
-    t2741 = R::fused(-t182, t2711, t2740);
-    t2742 = R::fused(-t132, t2726, t2741);
-    t2743 = R::fused(R::constant(38.54028664338191), t2618, t2436_2437.first()); // other
-    t2744 = R::fused(R::constant(-481.7535830422739), t2613, t2743); // other
-    t2745 = R::fused(-t32_33.first(), t2627, t2744);
-    t2746 = R::fused(-t1033_1034.first(), t2634, t2745);
-    t2747 = R::fused(-t911_912.first(), t2642, t2746);
-    t2748 = R::fused(-t757_758.first(), t2651, t2747);
-    t2749 = R::fused(-t600_601.first(), t2661, t2748);
-    t2750 = R::fused(t505_506.first(), t2672, t2749);
-    t2751 = R::fused(t394_395.first(), t2684, t2750);
-    t2752 = R::fused(-t224_225.first(), t2697, t2751);
-    t2753 = R::fused(t152_153.first(), t2711, t2752);
-    t2754 = R::fused(t110_111.first(), t2726, t2753);
-    t2755 = R::fused(t82, t2742, t2754);
-    t2756 = t477 * t1710; // other
-    t2757 = R::fused(-t478, t2627, t2756);
-    t2758 = R::fused(t1093, t2634, t2757);
-    t2759 = R::fused(-t957, t2642, t2758);
-    t2760 = R::fused(-t837, t2651, t2759);
-    t2761 = R::fused(-t688, t2661, t2760);
+    t2696 = R::fused(t1372, t2685, t2686);
+    t2697 = R::fused(t1174, t2685, t2687);
+    t2698 = R::fused(t1057, t2685, t2688);
+    t2699 = R::fused(-t958, t2685, t2689);
+    t2700 = R::fused(-t787, t2685, t2690);
+    t2701 = R::fused(-t631, t2685, t2691);
+    t2702 = R::fused(-t537, t2685, t2692);
+    t2703 = R::fused(t288, t2685, t2693);
+    t2704 = R::fused(-t223, t2685, t2694);
+    t2705 = R::fused(-t189, t2685, t2695);
+    t2706 = R::fused(-t629, t2685, t1821);
+    t2707 = R::fused(-t535, t2685, t1819);
+    t2708 = R::fused(t286, t2685, t1757);
+    t2709 = R::fused(-t221, t2685, t1740);
+    t2710 = R::fused(-t187, t2685, t1716);
+    t2711 = R::fused(t1288, t2696, t2697);
+    t2712 = R::fused(t1171, t2696, t2698);
+    t2713 = R::fused(t1168, t2696, t2699);
+    t2714 = R::fused(t1165, t2696, t2700);
+    t2715 = R::fused(t1151, t2696, t2701);
+    t2716 = R::fused(t1125, t2696, t2702);
+    t2717 = R::fused(t1104, t2696, t2703);
+    t2718 = R::fused(-t1075, t2696, t2704);
+    t2719 = R::fused(-t1063, t2696, t2705);
+    t2720 = R::fused(t1149, t2696, t2706);
+    t2721 = R::fused(t1123, t2696, t2707);
+    t2722 = R::fused(t1102, t2696, t2708);
+    t2723 = R::fused(-t1073, t2696, t2709);
+    t2724 = R::fused(-t1061, t2696, t2710);
+    t2725 = R::fused(t1144, t2711, t2712);
+    t2726 = R::fused(-t1140, t2711, t2713);
+    t2727 = R::fused(-t1087, t2711, t2714);
+    t2728 = R::fused(-t1042, t2711, t2715);
+    t2729 = R::fused(-t1008, t2711, t2716);
+    t2730 = R::fused(-t971, t2711, t2717);
+    t2731 = R::fused(-t963, t2711, t2718);
+    t2732 = R::fused(-t944, t2711, t2719);
+    t2733 = R::fused(-t1039, t2711, t2720);
+    t2734 = R::fused(-t1006, t2711, t2721);
+    t2735 = R::fused(-t965, t2711, t2722);
+    t2736 = R::fused(-t956, t2711, t2723);
+    t2737 = R::fused(-t942, t2711, t2724);
+    t2738 = R::fused(-t967, t2725, t2726);
+    t2739 = R::fused(-t960, t2725, t2727);
+    t2740 = R::fused(-t937, t2725, t2728);
+    t2741 = R::fused(-t914, t2725, t2729);
+    t2742 = R::fused(-t887, t2725, t2730);
+    t2743 = R::fused(-t883, t2725, t2731);
+    t2744 = R::fused(t861, t2725, t2732);
+    t2745 = R::fused(-t934, t2725, t2733);
+    t2746 = R::fused(-t912, t2725, t2734);
+    t2747 = R::fused(-t885, t2725, t2735);
+    t2748 = R::fused(-t881, t2725, t2736);
+    t2749 = R::fused(t859, t2725, t2737);
+    t2750 = R::fused(-t877, t2738, t2739);
+    t2751 = R::fused(-t824, t2738, t2740);
+    t2752 = R::fused(-t791, t2738, t2741);
+    t2753 = R::fused(-t749, t2738, t2742);
+    t2754 = R::fused(-t722, t2738, t2743);
+    t2755 = R::fused(t704, t2738, t2744);
+    t2756 = R::fused(-t822, t2738, t2745);
+    t2757 = R::fused(-t789, t2738, t2746);
+    t2758 = R::fused(-t747, t2738, t2747);
+    t2759 = R::fused(-t720, t2738, t2748);
+    t2760 = R::fused(t702, t2738, t2749);
+    t2761 = R::fused(-t642, t2750, t2751);
     let (
         t2762, t2763, t2764, t2765, t2766, t2767, t2768, t2769, t2770, t2771, t2772, t2773, t2774, t2775, t2776, t2777,
         t2778, t2779, t2780, t2781, t2782, t2783, t2784, t2785, t2786, t2787, t2788, t2789, t2790, t2791, t2792, t2793,
@@ -5250,99 +5300,102 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
         t2826, t2827, t2828, t2829, t2830, t2831, t2832, t2833, t2834, t2835, t2836, t2837, t2838, t2839, t2840, t2841,
         t2842, t2843, t2844, t2845, t2846, t2847, t2848, t2849, t2850,
     );
-    t2762 = R::fused(-t561, t2672, t2761);
-    t2763 = t359 * t1660; // other
-    t2764 = R::fused(-t360, t2627, t2763);
-    t2765 = R::fused(t1080, t2634, t2764);
-    t2766 = R::fused(-t944, t2642, t2765);
-    t2767 = R::fused(-t820, t2651, t2766);
-    t2768 = R::fused(-t665, t2661, t2767);
-    t2769 = R::fused(-t546, t2672, t2768);
-    t2770 = R::fused(-t449, t2762, t2769);
-    t2771 = t178 * t1591; // other
-    t2772 = R::fused(t179, t2627, t2771);
-    t2773 = R::fused(t1067, t2634, t2772);
-    t2774 = R::fused(-t933, t2642, t2773);
-    t2775 = R::fused(-t803, t2651, t2774);
-    t2776 = R::fused(-t646, t2661, t2775);
-    t2777 = R::fused(-t533, t2672, t2776);
-    t2778 = R::fused(-t432, t2762, t2777);
-    t2779 = R::fused(-t278, t2770, t2778);
-    t2780 = t128 * t1572; // other
-    t2781 = R::fused(-t129, t2627, t2780);
-    t2782 = R::fused(-t1054, t2634, t2781);
-    t2783 = R::fused(-t924, t2642, t2782);
-    t2784 = R::fused(-t786, t2651, t2783);
-    t2785 = R::fused(-t629, t2661, t2784);
-    t2786 = R::fused(-t522, t2672, t2785);
-    t2787 = R::fused(-t420, t2762, t2786);
-    t2788 = R::fused(-t268, t2770, t2787);
-    t2789 = R::fused(-t166, t2779, t2788);
-    t2790 = t79 * t1550; // other
-    t2791 = R::fused(-t80, t2627, t2790);
-    t2792 = R::fused(-t1042, t2634, t2791);
-    t2793 = R::fused(-t916, t2642, t2792);
-    t2794 = R::fused(t770, t2651, t2793);
-    t2795 = R::fused(t613, t2661, t2794);
-    t2796 = R::fused(-t512, t2672, t2795);
-    t2797 = R::fused(-t407, t2762, t2796);
-    t2798 = R::fused(t253, t2770, t2797);
-    t2799 = R::fused(-t159, t2779, t2798);
-    t2800 = R::fused(-t117, t2789, t2799);
-    t2801 = R::fused(-t32_33.second(), t2627, t2436_2437.second());
-    t2802 = R::fused(-t1033_1034.second(), t2634, t2801);
-    t2803 = R::fused(-t911_912.second(), t2642, t2802);
-    t2804 = R::fused(-t757_758.second(), t2651, t2803);
-    t2805 = R::fused(-t600_601.second(), t2661, t2804);
-    t2806 = R::fused(t505_506.second(), t2672, t2805);
-    t2807 = R::fused(t394_395.second(), t2762, t2806);
-    t2808 = R::fused(-t224_225.second(), t2770, t2807);
-    t2809 = R::fused(t152_153.second(), t2779, t2808);
-    t2810 = R::fused(t110_111.second(), t2789, t2809);
-    t2811 = R::fused(t66, t2800, t2810);
-    t2812 = q_base_qz * t1187; // torso: motion
-    t2813 = t1467 + t2812; // torso: motion
-    t2814 = R::constant(1.0) - t2813; // torso: motion
-    t2815 = t2814 * t1870; // other
-    t2816 = q_base_qx * t1189; // torso: motion
-    t2817 = q_base_qw * t1187; // torso: motion
-    t2818 = t2816 - t2817; // torso: motion
-    t2819 = R::fused(t2818, t1975, t2815); // other
-    t2820 = t1188 + t1190; // torso: motion
+    t2762 = R::fused(-t636, t2750, t2752);
+    t2763 = R::fused(-t617, t2750, t2753);
+    t2764 = R::fused(-t605, t2750, t2754);
+    t2765 = R::fused(-t589, t2750, t2755);
+    t2766 = R::fused(-t639, t2750, t2756);
+    t2767 = R::fused(-t633, t2750, t2757);
+    t2768 = R::fused(-t615, t2750, t2758);
+    t2769 = R::fused(-t603, t2750, t2759);
+    t2770 = R::fused(-t587, t2750, t2760);
+    t2771 = R::fused(-t541, t2761, t2762);
+    t2772 = R::fused(-t516, t2761, t2763);
+    t2773 = R::fused(-t514, t2761, t2764);
+    t2774 = R::fused(-t502, t2761, t2765);
+    t2775 = R::fused(-t539, t2766, t2767);
+    t2776 = R::fused(-t488, t2766, t2768);
+    t2777 = R::fused(-t486, t2766, t2769);
+    t2778 = R::fused(-t464, t2766, t2770);
+    t2779 = R::fused(-t473, t2771, t2772);
+    t2780 = R::fused(-t462, t2771, t2773);
+    t2781 = R::fused(t450, t2771, t2774);
+    t2782 = R::fused(-t460, t2775, t2776);
+    t2783 = R::fused(-t448, t2775, t2777);
+    t2784 = R::fused(t439, t2775, t2778);
+    t2785 = R::fused(-t238, t2779, t2780);
+    t2786 = R::fused(-t233, t2779, t2781);
+    t2787 = R::fused(-t227, t2782, t2783);
+    t2788 = R::fused(-t193, t2782, t2784);
+    t2789 = R::fused(-t153, t2785, t2786);
+    t2790 = R::fused(-t146, t2787, t2788);
     // other
-    t2821 = R::fused(t2820, t1964, t2819);
-    t2822 = t2821 * t2622;
-    t2823 = t2814 * t1951;
-    t2824 = R::fused(t2818, t1932, t2823);
-    t2825 = R::fused(t2820, t1911, t2824);
-    t2826 = R::fused(t2825, t2618, t2822);
-    t2827 = t2814 * t1954;
-    t2828 = R::fused(t2818, t1926, t2827);
-    t2829 = R::fused(-t2820, t1916, t2828);
-    t2830 = R::fused(t2829, t2615, t2826);
-    t2831 = t2816 + t2817; // torso: motion
-    t2832 = t2831 * t1870;
-    t2833 = t1466 + t2812; // torso: motion
-    t2834 = R::constant(1.0) - t2833; // torso: motion
-    t2835 = R::fused(t2834, t1975, t2832);
-    t2836 = t1451 - t1453; // torso: motion
-    t2837 = R::fused(t2836, t1964, t2835);
-    t2838 = t2837 * t2622;
-    t2839 = t2831 * t1951;
-    t2840 = R::fused(t2834, t1932, t2839);
-    t2841 = R::fused(t2836, t1911, t2840);
-    t2842 = R::fused(t2841, t2618, t2838);
-    t2843 = t2831 * t1954;
-    t2844 = R::fused(t2834, t1926, t2843);
-    t2845 = R::fused(-t2836, t1916, t2844);
-    t2846 = R::fused(t2845, t2615, t2842);
-    t2847 = t1993 * t2622;
-    t2848 = R::fused(t2129, t2618, t2847);
-    t2849 = R::fused(t2272, t2615, t2848);
-    t2850 = -t2612;
+    t2791 = -t2630;
+    t2792 = t1969 * t2640;
+    t2793 = R::fused(t2029, t2636, t2792);
+    t2794 = R::fused(t2030, t2633, t2793);
+    t2795 = R::fused(R::constant(38.54028664338191), t2636, t2270_2271.first());
+    t2796 = R::fused(R::constant(-481.7535830422739), t2631, t2795);
+    // solved by the factors
+    t2797 = R::fused(-t147_148.first(), t2685, t2796);
+    t2798 = R::fused(-t147_148.second(), t2685, t2270_2271.second());
+    t2799 = R::fused(-t1045_1046.first(), t2696, t2797);
+    t2800 = R::fused(-t1045_1046.second(), t2696, t2798);
+    t2801 = R::fused(-t928_929.first(), t2711, t2799);
+    t2802 = R::fused(-t928_929.second(), t2711, t2800);
+    t2803 = R::fused(-t840_841.first(), t2725, t2801);
+    t2804 = R::fused(-t840_841.second(), t2725, t2802);
+    t2805 = R::fused(-t646_647.first(), t2738, t2803);
+    t2806 = R::fused(-t646_647.second(), t2738, t2804);
+    t2807 = R::fused(t559_560.first(), t2750, t2805);
+    t2808 = R::fused(t559_560.second(), t2750, t2806);
+    t2809 = R::fused(t362_363.first(), t2761, t2807);
+    t2810 = R::fused(t362_363.second(), t2766, t2808);
+    t2811 = R::fused(-t352_353.first(), t2771, t2809);
+    t2812 = R::fused(-t352_353.second(), t2775, t2810);
+    t2813 = R::fused(t176_177.first(), t2779, t2811);
+    t2814 = R::fused(t176_177.second(), t2782, t2812);
+    t2815 = R::fused(t114_115.first(), t2785, t2813);
+    t2816 = R::fused(t114_115.second(), t2787, t2814);
+    t2817 = R::fused(t13, t2789, t2815);
+    t2818 = R::fused(t10, t2790, t2816);
+    // torso: motion
+    t2819 = q_base_qz * t1179;
+    t2820 = q_base_qw * t1179;
+    t2821 = t1470 + t2819;
+    t2822 = t1238 + t2819;
+    t2823 = R::constant(1.0) - t2821;
+    t2824 = R::constant(1.0) - t2822;
+    t2825 = t1471 - t2820;
+    t2826 = t1471 + t2820;
+    // other
+    t2827 = t2826 * t1694;
+    t2828 = t2823 * t1694;
+    t2829 = R::fused(t2824, t1966, t2827);
+    t2830 = R::fused(t2825, t1966, t2828);
+    t2831 = R::fused(t1447, t1693, t2829);
+    t2832 = R::fused(t1202, t1693, t2830);
+    t2833 = t2831 * t2640;
+    t2834 = t2832 * t2640;
+    t2835 = t2826 * t1960;
+    t2836 = t2826 * t1963;
+    t2837 = t2823 * t1960;
+    t2838 = t2823 * t1963;
+    t2839 = R::fused(t2824, t1957, t2835);
+    t2840 = R::fused(t2824, t1947, t2836);
+    t2841 = R::fused(t2825, t1957, t2837);
+    t2842 = R::fused(t2825, t1947, t2838);
+    t2843 = R::fused(t1447, t1927, t2839);
+    t2844 = R::fused(-t1447, t1934, t2840);
+    t2845 = R::fused(t1202, t1927, t2841);
+    t2846 = R::fused(-t1202, t1934, t2842);
+    t2847 = R::fused(t2843, t2636, t2833);
+    t2848 = R::fused(t2845, t2636, t2834);
+    t2849 = R::fused(t2844, t2633, t2847);
+    t2850 = R::fused(t2846, t2633, t2848);
     *out = [[
-        t2627, t2634, t2642, t2651, t2661, t2672, t2684, t2697, t2711, t2726, t2742, t2755, t2762, t2770, t2779, t2789,
-        t2800, t2811, t2830, t2846, t2849, t2613, t2850,
+        t2685, t2696, t2711, t2725, t2738, t2750, t2761, t2771, t2779, t2785, t2789, t2817, t2766, t2775, t2782, t2787,
+        t2790, t2818, t2850, t2849, t2794, t2631, t2791,
     ]];
 }
 }
@@ -9131,2130 +9184,2126 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
         q_left_ankle_roll,
     ]);
     let (
-        t0, t1, t2, t3, t4, t5, t6, t7, t8, t9, t10, t11, t12, t13, t14, t15, t16, t17, t18, t19, t20, t21, t22_23,
-        t24_25, t26, t27, t28, t29, t30, t31, t32, t33, t34, t35, t36, t37_38, t39_40, t41_42, t43, t44, t45, t46, t47,
-        t48, t49, t50, t51, t52, t53_54, t55_56, t57_58, t59_60, t61_62, t63_64, t65_66, t67_68, t69_70, t71_72, t73_74,
-        t75_76, t77_78, t79_80, t81_82, t83_84, t85_86, t87_88, t89_90, t91_92, t93_94, t95_96, t97_98, t99_100,
-        t101_102, t103_104, t105_106, t107_108, t109_110, t111_112, t113_114, t115_116, t117_118, t119_120, t121_122,
-        t123_124, t125_126, t127_128, t129_130, t131_132, t133_134, t135_136, t137_138, t139_140, t141_142, t143_144,
-        t145_146, t147_148, t149_150, t151_152, t153_154, t155_156, t157_158, t159_160, t161_162, t163_164, t165_166,
-        t167_168, t169_170, t171_172, t173_174, t175_176, t177_178, t179_180, t181_182, t183_184, t185_186, t187_188,
-        t189_190, t191_192, t193_194, t195_196, t197_198, t199_200, t201_202, t203_204, t205_206, t207_208, t209_210,
-        t211_212, t213_214, t215_216, t217_218, t219_220, t221_222, t223_224, t225_226, t227_228, t229, t230, t231,
-        t232, t233, t234, t235, t236, t237, t238, t239, t240, t241, t242, t243, t244, t245, t246, t247, t248, t249,
-        t250, t251, t252, t253, t254, t255, t256, t257, t258, t259, t260_261, t262, t263, t264, t265, t266, t267, t268,
-        t269, t270_271, t272_273, t274_275, t276, t277, t278, t279, t280, t281, t282_283, t284, t285, t286, t287, t288,
-        t289_290, t291_292, t293_294, t295_296, t297_298, t299_300, t301_302, t303_304, t305_306, t307_308, t309_310,
-        t311_312, t313_314, t315_316, t317_318, t319_320, t321_322, t323_324, t325_326, t327_328, t329_330, t331_332,
-        t333, t334, t335, t336, t337, t338, t339, t340, t341, t342, t343, t344, t345_346, t347_348, t349_350, t351_352,
-        t353_354, t355_356, t357_358, t359_360, t361, t362, t363, t364, t365, t366_367, t368_369, t370_371, t372_373,
-        t374_375, t376_377, t378_379, t380_381, t382_383, t384_385, t386_387, t388_389, t390_391, t392_393, t394_395,
-        t396_397, t398_399, t400_401,
+        t0_1, t2_3, t4_5, t6, t7_8, t9_10, t11_12, t13_14, t15_16, t17_18, t19_20, t21_22, t23_24, t25_26, t27_28,
+        t29_30, t31_32, t33_34, t35_36, t37_38, t39_40, t41_42, t43, t44, t45, t46, t47, t48, t49, t50, t51, t52, t53,
+        t54, t55, t56, t57, t58, t59, t60, t61, t62, t63, t64, t65, t66, t67, t68, t69, t70, t71, t72, t73, t74_75, t76,
+        t77, t78, t79, t80, t81, t82, t83, t84_85, t86_87, t88, t89, t90, t91, t92, t93, t94_95, t96_97, t98_99, t100,
+        t101, t102, t103_104, t105_106, t107, t108, t109_110, t111_112, t113_114, t115_116, t117_118, t119, t120,
+        t121_122, t123, t124_125, t126_127, t128_129, t130_131, t132_133, t134, t135, t136, t137, t138_139, t140_141,
+        t142_143, t144_145, t146_147, t148_149, t150_151, t152_153, t154_155, t156, t157, t158, t159, t160, t161,
+        t162_163, t164_165, t166_167, t168_169, t170_171, t172_173, t174_175, t176_177, t178_179, t180_181, t182_183,
+        t184_185, t186_187, t188_189, t190_191, t192_193, t194_195, t196_197, t198_199, t200_201, t202_203, t204_205,
+        t206_207, t208_209, t210_211, t212_213, t214_215, t216_217, t218_219, t220_221, t222_223, t224_225, t226_227,
+        t228_229, t230_231, t232_233, t234_235, t236_237, t238_239, t240_241, t242_243, t244_245, t246_247, t248_249,
+        t250_251, t252_253, t254_255, t256_257, t258_259, t260_261, t262_263, t264_265, t266_267, t268_269, t270_271,
+        t272_273, t274_275, t276_277, t278_279, t280_281, t282_283, t284_285, t286_287, t288_289, t290_291, t292_293,
+        t294_295, t296_297, t298_299, t300_301, t302_303, t304, t305, t306, t307, t308, t309, t310_311, t312_313,
+        t314_315, t316_317, t318_319, t320, t321, t322, t323, t324, t325, t326, t327_328, t329_330, t331, t332, t333,
+        t334, t335, t336, t337, t338_339, t340_341, t342_343, t344_345, t346_347, t348_349, t350_351, t352_353,
+        t354_355, t356_357, t358_359, t360, t361, t362, t363, t364, t365, t366, t367, t368, t369_370, t371_372,
+        t373_374, t375_376, t377_378, t379_380, t381_382, t383, t384, t385, t386, t387, t388, t389, t390_391, t392_393,
+        t394_395, t396_397, t398_399, t400_401, t402_403, t404_405, t406, t407, t408,
     );
-    // torso: motion
-    t0 = q_base_qz * R::constant(2.0);
-    t1 = q_base_qx * t0;
-    t2 = q_base_qy * R::constant(2.0);
-    t3 = q_base_qw * t2;
-    t4 = t1 - t3;
-    t5 = t4 * R::constant(9.81);
-    // other
-    t6 = sin_q_right_hip_yaw * sin_q_right_hip_roll;
-    t7 = cos_q_right_hip_pitch * t6;
-    t8 = R::fused(cos_q_right_hip_yaw, sin_q_right_hip_pitch, t7);
-    t9 = cos_q_right_knee_pitch * t8;
-    t10 = sin_q_right_hip_pitch * t6;
-    t11 = R::fused(-cos_q_right_hip_yaw, cos_q_right_hip_pitch, t10);
-    t12 = R::fused(-sin_q_right_knee_pitch, t11, t9);
-    t13 = sin_q_right_ankle_pitch * t12;
-    t14 = sin_q_right_knee_pitch * t8;
-    t15 = R::fused(cos_q_right_knee_pitch, t11, t14);
-    t16 = R::fused(cos_q_right_ankle_pitch, t15, t13);
-    t17 = v_base_angular_x * v_base_angular_y; // torso: motion
-    t18 = t17 * R::constant(0.075); // right_hip_yaw_link: motion
-    t19 = v_base_angular_y * v_base_linear_z; // torso: motion
-    t20 = R::fused(-v_base_angular_z, v_base_linear_y, t19); // torso: motion
-    t21 = t20 + t5; // torso: motion
-    // right_hip_yaw_link, left_hip_yaw_link: motion
-    t22_23 = R::Two::fused(both(t21), two(R::constant(-1.0), R::constant(1.0)), both(t18));
-    t24_25 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t22_23;
-    t26 = v_base_angular_x * v_base_angular_x; // torso: motion
-    t27 = R::fused(v_base_angular_z, v_base_angular_z, t26); // torso: motion
-    t28 = t27 * R::constant(0.075); // right_hip_yaw_link: motion
-    // torso: motion
-    t29 = v_base_angular_z * v_base_linear_x;
-    t30 = R::fused(-v_base_angular_x, v_base_linear_z, t29);
-    t31 = q_base_qy * t0;
-    t32 = q_base_qx * R::constant(2.0);
-    t33 = q_base_qw * t32;
-    t34 = t31 + t33;
-    t35 = t34 * R::constant(9.81);
-    t36 = t30 + t35;
-    // right_hip_yaw_link, left_hip_yaw_link: motion
-    t37_38 = R::Two::fused(both(t36), two(R::constant(1.0), R::constant(-1.0)), both(t28));
-    t39_40 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t37_38, t24_25);
-    t41_42 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t39_40; // right_hip_roll_link, left_hip_roll_link: motion
-    t43 = v_base_angular_y * v_base_angular_z; // torso: motion
-    t44 = t43 * R::constant(0.075); // right_hip_yaw_link: motion
-    // torso: motion
-    t45 = v_base_angular_x * v_base_linear_y;
-    t46 = R::fused(-v_base_angular_y, v_base_linear_x, t45);
-    t47 = q_base_qx * t32;
-    t48 = q_base_qy * t2;
-    t49 = t47 + t48;
-    t50 = R::constant(1.0) - t49;
-    t51 = t50 * R::constant(9.81);
-    t52 = t46 + t51;
-    t53_54 = R::Two::fused(both(t52), two(R::constant(-1.0), R::constant(1.0)), both(t44));
-    t55_56 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t53_54, t41_42);
-    t57_58 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t55_56; // right_upper_leg, left_upper_leg: motion
-    // right_hip_yaw_link, left_hip_yaw_link: motion
-    t59_60 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t22_23;
-    t61_62 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t37_38, t59_60);
-    t63_64 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t61_62, t57_58);
-    t65_66 = both(v_base_angular_x) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
-    t67_68 = R::Two::fused(-both(v_base_angular_y), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t65_66);
-    t69_70 = t67_68 * two(sin_q_right_hip_roll, sin_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link: motion
-    t71_72 = both(v_base_angular_z) + two(v_right_hip_yaw, v_left_hip_yaw);
-    t73_74 = R::Two::fused(t71_72, two(cos_q_right_hip_roll, cos_q_left_hip_roll), t69_70);
-    t75_76 = t73_74 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
-    t77_78 = both(v_base_angular_x) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
-    t79_80 = R::Two::fused(both(v_base_angular_y), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t77_78);
-    t81_82 = t79_80 + two(v_right_hip_roll, v_left_hip_roll); // right_hip_roll_link, left_hip_roll_link: motion
-    // right_upper_leg, left_upper_leg: motion
-    t83_84 = R::Two::fused(-t81_82, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t75_76);
-    t85_86 = t83_84 * t83_84;
-    // right_hip_roll_link, left_hip_roll_link: motion
-    t87_88 = t67_68 * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
-    t89_90 = R::Two::fused(-t71_72, two(sin_q_right_hip_roll, sin_q_left_hip_roll), t87_88);
-    // right_upper_leg, left_upper_leg: motion
-    t91_92 = t89_90 - two(v_right_hip_pitch, v_left_hip_pitch);
-    t93_94 = R::Two::fused(t91_92, t91_92, t85_86);
-    // right_lower_leg, left_lower_leg: motion
-    t95_96 = R::Two::fused(t93_94, both(R::constant(0.315)), t63_64 * two(R::constant(-1.0), R::constant(1.0)));
-    t97_98 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t95_96;
-    // right_upper_leg, left_upper_leg: motion
-    t99_100 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t55_56;
-    t101_102 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t61_62, t99_100);
-    t103_104 = t79_80 * two(v_right_hip_yaw, v_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link: motion
-    // right_hip_roll_link, left_hip_roll_link: motion
-    t105_106 = t103_104 * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
-    t107_108 = R::Two::fused(-t73_74, two(v_right_hip_roll, v_left_hip_roll), t105_106);
-    // right_upper_leg, left_upper_leg: motion
-    t109_110 = t73_74 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    t111_112 = R::Two::fused(t81_82, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t109_110);
-    t113_114 = t111_112 * t83_84;
-    t115_116 = t107_108 + t113_114;
-    // right_lower_leg, left_lower_leg: motion
-    t117_118 = R::Two::fused(t115_116, both(R::constant(0.315)), t101_102 * two(R::constant(1.0), R::constant(-1.0)));
-    t119_120 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t117_118, t97_98);
-    t121_122 = t111_112 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
-    t123_124 = R::Two::fused(t83_84, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t121_122);
-    t125_126 = t123_124 * t123_124;
-    t127_128 = t91_92 - two(v_right_knee_pitch, v_left_knee_pitch);
-    t129_130 = R::Two::fused(t127_128, t127_128, t125_126);
-    // right_ankle, left_ankle: motion
-    t131_132 = R::Two::fused(t129_130, both(R::constant(0.273)), t119_120);
-    t133_134 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t131_132;
-    // right_lower_leg, left_lower_leg: motion
-    t135_136 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t95_96;
-    t137_138 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t117_118, t135_136);
-    t139_140 = t111_112 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
-    t141_142 = R::Two::fused(-t83_84, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t139_140);
-    t143_144 = t141_142 * t123_124;
-    t145_146 = t107_108 + t143_144;
-    // right_ankle, left_ankle: motion
-    t147_148 = R::Two::fused(t145_146, both(R::constant(0.273)), -t137_138);
-    t149_150 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t147_148, t133_134);
-    t151_152 = t127_128 - two(v_right_ankle_pitch, v_left_ankle_pitch);
-    t153_154 = t151_152 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll); // right_foot, left_foot: motion
-    t155_156 = t141_142 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    t157_158 = R::Two::fused(-t123_124, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t155_156);
-    // right_foot, left_foot: motion
-    t159_160 = R::Two::fused(-t157_158, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t153_154);
-    t161_162 = t159_160 * t159_160;
-    t163_164 = t151_152 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t165_166 = R::Two::fused(t157_158, two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t163_164);
-    t167_168 = t165_166 * t165_166;
-    t169_170 = t161_162 + t167_168;
-    t171_172 = t169_170 * two(R::constant(0.03), R::constant(0.15)); // other
-    t173_174 = t107_108 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    // right_hip_roll_link, left_hip_roll_link: motion
-    t175_176 = t103_104 * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
-    t177_178 = R::Two::fused(t89_90, two(v_right_hip_roll, v_left_hip_roll), t175_176);
-    t179_180 = t177_178 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
-    t181_182 = t67_68 * two(v_right_hip_yaw, v_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link: motion
-    // right_upper_leg, left_upper_leg: motion
-    t183_184 = R::Two::fused(-t181_182, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t179_180);
-    t185_186 = R::Two::fused(-t83_84, two(v_right_hip_pitch, v_left_hip_pitch), t183_184);
-    t187_188 = t185_186 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
-    t189_190 = t177_178 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
-    t191_192 = R::Two::fused(t181_182, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t189_190);
-    t193_194 = R::Two::fused(t111_112, two(v_right_hip_pitch, v_left_hip_pitch), t191_192);
-    // right_lower_leg, left_lower_leg: motion
-    t195_196 = R::Two::fused(-t193_194, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t187_188);
-    t197_198 = R::Two::fused(-t123_124, two(v_right_knee_pitch, v_left_knee_pitch), t195_196);
-    t199_200 = t197_198 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch); // right_ankle, left_ankle: motion
-    t201_202 = t185_186 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
-    t203_204 = R::Two::fused(t193_194, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t201_202);
-    t205_206 = R::Two::fused(t141_142, two(v_right_knee_pitch, v_left_knee_pitch), t203_204);
-    // right_ankle, left_ankle: motion
-    t207_208 = R::Two::fused(-t205_206, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t199_200);
-    t209_210 = t141_142 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t211_212 = R::Two::fused(t123_124, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t209_210);
-    t213_214 = R::Two::fused(-t211_212, two(v_right_ankle_pitch, v_left_ankle_pitch), t207_208);
-    // right_foot, left_foot: motion
-    t215_216 = R::Two::fused(-t213_214, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t173_174);
-    t217_218 = R::Two::fused(-t165_166, two(v_right_ankle_roll, v_left_ankle_roll), t215_216);
-    t219_220 = t211_212 - two(v_right_ankle_roll, v_left_ankle_roll);
-    t221_222 = t165_166 * t219_220;
-    t223_224 = t217_218 + t221_222;
-    // other
-    t225_226 = R::Two::fused(t223_224, both(R::constant(-0.08)), t171_172);
-    t227_228 = t149_150 + t225_226;
-    t229 = R::constant(0.315) * t8;
-    t230 = R::fused(R::constant(0.273), t12, t229);
-    t231 = sin_q_right_hip_yaw * cos_q_right_hip_roll;
-    t232 = sin_q_right_ankle_roll * t231;
-    t233 = cos_q_right_ankle_pitch * t12;
-    t234 = R::fused(-sin_q_right_ankle_pitch, t15, t233);
-    t235 = R::fused(cos_q_right_ankle_roll, t234, t232);
-    t236 = t230 * t235;
-    t237 = cos_q_right_hip_yaw * sin_q_right_hip_roll;
-    t238 = cos_q_right_hip_pitch * t237;
-    t239 = R::fused(-sin_q_right_hip_yaw, sin_q_right_hip_pitch, t238);
-    t240 = R::fused(R::constant(-0.315), t239, R::constant(0.075));
-    t241 = cos_q_right_knee_pitch * t239;
-    t242 = sin_q_right_hip_pitch * t237;
-    t243 = R::fused(sin_q_right_hip_yaw, cos_q_right_hip_pitch, t242);
-    t244 = R::fused(-sin_q_right_knee_pitch, t243, t241);
-    t245 = R::fused(R::constant(-0.273), t244, t240);
-    t246 = cos_q_right_hip_yaw * cos_q_right_hip_roll;
-    t247 = sin_q_right_ankle_roll * t246;
-    t248 = cos_q_right_ankle_pitch * t244;
-    t249 = sin_q_right_knee_pitch * t239;
-    t250 = R::fused(cos_q_right_knee_pitch, t243, t249);
-    t251 = R::fused(-sin_q_right_ankle_pitch, t250, t248);
-    t252 = R::fused(cos_q_right_ankle_roll, t251, t247);
-    t253 = R::fused(-t245, t252, t236);
-    t254 = cos_q_right_hip_roll * cos_q_right_hip_pitch;
-    t255 = R::constant(0.315) * t254;
-    t256 = cos_q_right_knee_pitch * t254;
-    t257 = cos_q_right_hip_roll * sin_q_right_hip_pitch;
-    t258 = R::fused(-sin_q_right_knee_pitch, t257, t256);
-    t259 = R::fused(R::constant(0.273), t258, t255);
-    t260_261 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t262 = cos_q_right_ankle_pitch * t258;
-    t263 = sin_q_right_knee_pitch * t254;
-    t264 = R::fused(cos_q_right_knee_pitch, t257, t263);
-    t265 = R::fused(-sin_q_right_ankle_pitch, t264, t262);
-    t266 = R::fused(-cos_q_right_ankle_roll, t265, t260_261.first());
-    t267 = R::fused(-t259, t266, t253);
-    t268 = R::constant(0.08) + t267;
-    t269 = t217_218.first() * t268;
-    // right_foot, left_foot: motion
-    t270_271 = t107_108 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t272_273 = R::Two::fused(t213_214, two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t270_271);
-    t274_275 = R::Two::fused(t159_160, two(v_right_ankle_roll, v_left_ankle_roll), t272_273);
-    // other
-    t276 = cos_q_right_ankle_roll * t231;
-    t277 = R::fused(-sin_q_right_ankle_roll, t234, t276);
-    t278 = t230 * t277;
-    t279 = cos_q_right_ankle_roll * t246;
-    t280 = R::fused(-sin_q_right_ankle_roll, t251, t279);
-    t281 = R::fused(-t245, t280, t278);
-    t282_283 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    t284 = R::fused(sin_q_right_ankle_roll, t265, t282_283.first());
-    t285 = R::fused(-t259, t284, t281);
-    t286 = R::fused(-t274_275.first(), t285, t269);
-    t287 = t227_228.first() + t286;
-    t288 = t16 * t287;
-    // right_hip_roll_link, left_hip_roll_link: motion
-    t289_290 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t39_40;
-    t291_292 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t53_54, t289_290);
-    // right_upper_leg, left_upper_leg: motion
-    t293_294 = t111_112 * t91_92;
-    t295_296 = t193_194 - t293_294;
-    // right_lower_leg, left_lower_leg: motion
-    t297_298 = R::Two::fused(t295_296, both(R::constant(0.315)), t291_292 * two(R::constant(-1.0), R::constant(1.0)));
-    t299_300 = t141_142 * t127_128;
-    t301_302 = t205_206 - t299_300;
-    t303_304 = R::Two::fused(t301_302, both(R::constant(0.273)), t297_298); // right_ankle, left_ankle: motion
-    t305_306 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t303_304; // right_foot, left_foot: motion
-    // right_ankle, left_ankle: motion
-    t307_308 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t131_132;
-    t309_310 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t147_148, t307_308);
-    // right_foot, left_foot: motion
-    t311_312 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t309_310, t305_306);
-    t313_314 = t159_160 * t219_220;
-    t315_316 = t274_275 + t313_314;
-    t317_318 = t315_316 * two(R::constant(0.03), R::constant(0.15)); // other
-    // right_ankle, left_ankle: motion
-    t319_320 = t197_198 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t321_322 = R::Two::fused(t205_206, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t319_320);
-    t323_324 = R::Two::fused(t157_158, two(v_right_ankle_pitch, v_left_ankle_pitch), t321_322);
-    // right_foot, left_foot: motion
-    t325_326 = t159_160 * t165_166;
-    t327_328 = t323_324 - t325_326;
-    // other
-    t329_330 = R::Two::fused(t327_328, both(R::constant(-0.08)), t317_318);
-    t331_332 = t311_312 - t329_330;
-    t333 = t230 * t16;
-    t334 = sin_q_right_ankle_pitch * t244;
-    t335 = R::fused(cos_q_right_ankle_pitch, t250, t334);
-    t336 = R::fused(-t245, t335, t333);
-    t337 = sin_q_right_ankle_pitch * t258;
-    t338 = R::fused(cos_q_right_ankle_pitch, t264, t337);
-    t339 = R::fused(t259, t338, t336);
-    t340 = R::constant(0.03) + t339;
-    t341 = t274_275.first() * t340;
-    t342 = R::fused(-t323_324.first(), t268, t341);
-    t343 = t331_332.first() + t342;
-    t344 = R::fused(t277, t343, t288);
-    // right_foot, left_foot: motion
-    t345_346 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t303_304;
-    t347_348 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t309_310, t345_346);
-    t349_350 = t217_218 - t221_222;
-    t351_352 = t349_350 * two(R::constant(0.03), R::constant(0.15)); // other
-    t353_354 = t219_220 * t219_220;
-    t355_356 = t353_354 + t161_162;
-    // other
-    t357_358 = R::Two::fused(t355_356, both(R::constant(0.08)), t351_352);
-    t359_360 = t347_348 + t357_358;
-    t361 = t323_324.first() * t285;
-    t362 = R::fused(-t217_218.first(), t340, t361);
-    t363 = t359_360.first() + t362;
-    t364 = R::fused(t235, t363, t344);
-    t365 = t5 - t364;
     // right_foot, left_foot: sums of what it carries
-    t366_367 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t368_369 = both(R::constant(0.00092625)) * t366_367;
-    t370_371 = both(R::constant(0.00382375)) + t368_369;
+    t0_1 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t2_3 = both(R::constant(0.0285)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t4_5 = both(R::constant(0.000855)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t6 = sin_q_left_ankle_roll * R::constant(0.41189931350114417); // factors of the mass matrix
+    t7_8 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t9_10 = both(R::constant(0.000855)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t11_12 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t13_14 = both(R::constant(0.0285)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t15_16 = both(R::constant(0.00092625)) * t0_1;
     // right_ankle, left_ankle: sums of what it carries
-    t372_373 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t374_375 = both(R::constant(0.00207575)) - t370_371;
-    t376_377 = t372_373 * t374_375;
-    t378_379 = both(R::constant(0.000855)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    t380_381 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    t382_383 = t378_379 * t380_381;
-    t384_385 = R::Two::fused(both(R::constant(-2.0)), t382_383, t376_377);
-    t386_387 = t370_371 + t384_385;
-    t388_389 = both(R::constant(0.065449478333)) - t386_387;
-    t390_391 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
-    t392_393 = both(R::constant(0.00207575)) - t384_385;
-    t394_395 = both(R::constant(0.0285)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll); // right_foot, left_foot
-    t396_397 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t394_395;
-    t398_399 = R::Two::fused(both(R::constant(0.0171)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t396_397);
-    t400_401 = both(R::constant(0.546)) * t398_399;
-    let (
-        t402_403, t404_405, t406_407, t408_409, t410_411, t412_413, t414_415, t416_417, t418_419, t420_421, t422_423,
-        t424_425, t426_427, t428_429, t430_431, t432_433, t434_435, t436_437, t438_439, t440_441, t442_443, t444_445,
-        t446_447, t448_449, t450_451, t452_453, t454_455, t456_457, t458_459, t460_461, t462_463, t464_465, t466_467,
-        t468_469, t470_471, t472_473, t474_475, t476_477, t478_479, t480_481, t482_483, t484_485, t486_487, t488_489,
-        t490_491, t492_493, t494_495, t496_497, t498_499, t500_501, t502_503, t504_505, t506_507, t508_509, t510_511,
-        t512_513, t514_515, t516_517, t518_519, t520_521, t522_523, t524_525, t526_527, t528_529, t530_531, t532_533,
-        t534_535, t536_537, t538_539, t540_541, t542_543, t544_545, t546_547, t548, t549, t550, t551, t552, t553, t554,
-        t555, t556, t557, t558, t559, t560, t561_562, t563_564, t565_566, t567_568, t569_570, t571_572, t573_574,
-        t575_576, t577_578, t579_580, t581_582, t583_584, t585_586, t587_588, t589, t590_591, t592_593, t594_595,
-        t596_597, t598_599, t600_601, t602_603, t604_605, t606_607, t608_609, t610_611, t612_613, t614_615, t616_617,
-        t618_619, t620_621, t622, t623, t624, t625, t626_627, t628_629, t630_631, t632_633, t634_635, t636_637,
-        t638_639, t640_641, t642_643, t644, t645_646, t647_648, t649_650, t651_652, t653_654, t655_656, t657_658,
-        t659_660, t661, t662, t663, t664, t665, t666, t667, t668, t669_670, t671_672, t673_674, t675_676, t677_678,
-        t679, t680_681, t682_683, t684_685, t686_687, t688, t689, t690, t691, t692, t693, t694, t695, t696, t697, t698,
-        t699, t700_701, t702_703, t704_705, t706, t707_708, t709_710, t711, t712, t713, t714, t715, t716, t717, t718,
-        t719, t720, t721, t722, t723, t724, t725, t726, t727, t728_729, t730_731, t732_733, t734, t735_736, t737_738,
-        t739_740, t741_742, t743_744, t745_746, t747_748, t749, t750, t751_752, t753_754, t755, t756, t757_758,
-        t759_760, t761, t762, t763, t764_765, t766, t767, t768, t769, t770, t771, t772, t773, t774, t775_776, t777_778,
-        t779, t780, t781, t782, t783, t784, t785, t786, t787, t788, t789, t790, t791, t792, t793, t794, t795, t796,
-        t797, t798, t799, t800, t801, t802, t803, t804, t805, t806, t807, t808,
-    );
-    t402_403 = t392_393 + t400_401;
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t404_405 = t402_403 + t388_389;
-    t406_407 = t390_391 * t404_405;
-    // right_ankle, left_ankle: sums of what it carries
-    t408_409 = t378_379 * t372_373;
-    t410_411 = R::Two::fused(both(R::constant(-2.0)), t408_409, t378_379);
-    t412_413 = R::Two::fused(-t380_381, t374_375, t410_411);
-    t414_415 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t394_395;
-    t416_417 = R::Two::fused(both(R::constant(-0.0171)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t414_415);
-    t418_419 = R::Two::fused(both(R::constant(-0.273)), t416_417, t412_413);
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t420_421 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
-    t422_423 = t418_419 * t420_421;
-    t424_425 = R::Two::fused(both(R::constant(-2.0)), t422_423, t406_407);
-    t426_427 = t388_389 - t424_425;
-    t428_429 = both(R::constant(0.23740175003)) + t426_427;
-    t430_431 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
-    t432_433 = t402_403 - t424_425;
-    t434_435 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t416_417;
-    t436_437 = both(R::constant(0.29034)) + t398_399; // right_ankle, left_ankle: sums of what it carries
-    t438_439 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t436_437, -t434_435);
-    t440_441 = both(R::constant(0.63)) * t438_439;
-    t442_443 = t432_433 + t440_441;
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t444_445 = t442_443 + t428_429;
-    t446_447 = t430_431 * t444_445;
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t448_449 = t418_419 * t390_391;
-    t450_451 = R::Two::fused(both(R::constant(-2.0)), t448_449, t418_419);
-    t452_453 = R::Two::fused(-t420_421, t404_405, t450_451);
-    t454_455 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t416_417;
-    t456_457 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t436_437, t454_455);
-    t458_459 = R::Two::fused(both(R::constant(-0.315)), t456_457, t452_453);
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t460_461 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    t462_463 = t458_459 * t460_461;
-    t464_465 = R::Two::fused(both(R::constant(-2.0)), t462_463, t446_447);
-    t466_467 = t428_429 - t464_465;
-    t468_469 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
+    t17_18 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t2_3;
+    t19_20 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t2_3;
+    t21_22 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
+    t23_24 = t9_10 * t7_8;
+    t25_26 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
+    t27_28 = t9_10 * t11_12;
+    t29_30 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t13_14; // right_foot, left_foot: mass matrix
     // right_foot, left_foot: sums of what it carries
-    t470_471 = both(R::constant(0.00092625)) - t368_369;
-    t472_473 = both(R::constant(0.00383375)) + t470_471;
+    t31_32 = both(R::constant(0.00092625)) - t15_16;
+    t33_34 = both(R::constant(0.00382375)) + t15_16;
     // right_ankle, left_ankle: sums of what it carries
-    t474_475 = t472_473 + t400_401;
-    t476_477 = both(R::constant(0.06634781167)) + t474_475;
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t478_479 = t476_477 + t440_441;
-    t480_481 = both(R::constant(0.24091175)) + t478_479;
-    t482_483 = both(R::constant(0.3067820617)) - t480_481; // right_upper_leg, left_upper_leg: sums of what it carries
-    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t484_485 = t466_467 - t482_483;
-    t486_487 = t468_469 * t484_485;
-    // right_foot, left_foot: sums of what it carries
-    t488_489 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    t490_491 = both(R::constant(0.00092625)) * t488_489;
-    t492_493 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t490_491; // right_ankle, left_ankle
-    t494_495 = both(R::constant(0.000855)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t496_497 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t494_495, t492_493);
-    t498_499 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t496_497; // right_lower_leg, left_lower_leg
-    // right_ankle, left_ankle: sums of what it carries
-    t500_501 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t490_491;
-    t502_503 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t494_495, t500_501);
-    t504_505 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0077805)), t502_503);
-    t506_507 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t504_505, t498_499);
-    t508_509 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t506_507; // right_upper_leg, left_upper_leg
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t510_511 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t496_497;
-    t512_513 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t504_505, -t510_511);
-    t514_515 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0089775)), t512_513);
-    t516_517 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t514_515, -t508_509);
-    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t518_519 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
-    t520_521 = t516_517 * t518_519;
-    t522_523 = R::Two::fused(both(R::constant(2.0)), t520_521, t486_487);
-    t524_525 = t466_467 - t522_523;
-    t526_527 = both(R::constant(0.3068020617)) - t524_525;
-    t528_529 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t456_457; // right_upper_leg, left_upper_leg
-    t530_531 = both(R::constant(0.8932)) + t438_439; // right_lower_leg, left_lower_leg: sums of what it carries
-    t532_533 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t530_531, t528_529);
-    t534_535 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t532_533; // right_hip_yaw_link, left_hip_yaw_link
-    t536_537 = both(R::constant(0.0285)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll); // right_foot, left_foot
-    t538_539 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t536_537;
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t540_541 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t456_457;
-    t542_543 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t530_531, -t540_541);
-    t544_545 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t542_543, t538_539);
-    t546_547 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t544_545, t534_535);
-    t548 = R::fused(R::constant(0.075), t546_547.first(), t526_527.first()); // right_hip_yaw_link: mass matrix
-    t549 = R::constant(0.15) * t546_547.second(); // left_hip_yaw_link: sums of what it carries
-    t550 = t526_527.second() - t549; // left_hip_yaw_link: sums of what it carries
-    t551 = R::constant(0.154455) + t550; // left_hip_yaw_link: sums of what it carries
-    // right_hip_yaw_link: sums of what it carries
-    t552 = R::constant(0.15) * t546_547.first();
-    t553 = t526_527.first() + t552;
-    t554 = t551 + t553;
-    t555 = t546_547.second() + t546_547.first();
+    t35_36 = R::Two::fused(both(R::constant(0.0171)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t17_18);
+    t37_38 = R::Two::fused(both(R::constant(-0.0171)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t19_20);
+    t39_40 = R::Two::fused(both(R::constant(-2.0)), t23_24, t9_10);
+    t41_42 = both(R::constant(0.00383375)) + t31_32; // right_foot, left_foot: sums of what it carries
+    t43 = q_base_qz * R::constant(2.0); // torso: motion
+    t44 = q_base_qy * R::constant(2.0); // torso: motion
+    t45 = sin_q_right_hip_yaw * sin_q_right_hip_roll; // other
+    // torso: motion
+    t46 = v_base_angular_x * v_base_angular_y;
+    t47 = v_base_angular_y * v_base_linear_z;
+    t48 = R::fused(-v_base_angular_z, v_base_linear_y, t47);
+    t49 = v_base_angular_x * v_base_angular_x;
+    t50 = v_base_angular_z * v_base_linear_x;
+    t51 = R::fused(-v_base_angular_x, v_base_linear_z, t50);
+    t52 = q_base_qx * t43;
+    t53 = q_base_qw * t44;
     // other
-    t556 = R::fused(R::constant(-0.075), t555, t554);
-    t557 = t548 - t556;
-    t558 = t555 - R::constant(1.425);
-    t559 = t546_547.first() - t558;
-    t560 = R::fused(R::constant(-0.075), t559, t557);
-    // right_foot, left_foot: mass matrix
-    t561_562 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t536_537;
-    t563_564 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t561_562;
-    t565_566 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t536_537;
-    t567_568 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t565_566, t563_564);
-    t569_570 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t567_568;
-    t571_572 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t561_562;
-    t573_574 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t565_566, t571_572);
-    t575_576 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t573_574, t569_570);
-    t577_578 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t575_576;
-    t579_580 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t394_395;
-    t581_582 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t567_568;
-    t583_584 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t573_574, t581_582);
-    t585_586 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t583_584, t579_580);
-    t587_588 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t585_586, t577_578);
-    t589 = R::constant(0.075) * t587_588.second(); // left_foot: mass matrix
-    t590_591 = R::Two::fused(both(R::constant(0.273)), t565_566, t494_495);
-    t592_593 = R::Two::fused(both(R::constant(0.315)), t573_574, t590_591);
-    t594_595 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t592_593;
-    t596_597 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t378_379;
-    t598_599 = R::Two::fused(both(R::constant(-0.00207575)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t596_597);
-    t600_601 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t598_599;
-    t602_603 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t378_379;
-    t604_605 = R::Two::fused(both(R::constant(0.00207575)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t602_603);
-    t606_607 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), both(R::constant(0.0077805)), t604_605);
-    t608_609 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t606_607, t600_601);
-    t610_611 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t608_609;
-    t612_613 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t598_599;
-    t614_615 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t606_607, t612_613);
-    t616_617 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), both(R::constant(0.0089775)), t614_615);
-    t618_619 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t616_617, t610_611);
-    t620_621 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t618_619, t594_595);
-    t622 = t620_621.second() + t589; // left_foot: mass matrix
-    t623 = t589 + t622; // other
-    t624 = t623 * R::constant(481.7535830422739); // factors of the mass matrix
-    t625 = R::fused(t623, t624, t560); // factors of the mass matrix
-    // right_ankle, left_ankle: mass matrix
-    t626_627 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t398_399, t454_455);
-    t628_629 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t626_627;
-    t630_631 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t398_399, t434_435);
-    t632_633 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t630_631, t628_629);
-    t634_635 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t632_633;
-    t636_637 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t626_627;
-    t638_639 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t630_631, t636_637);
-    t640_641 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t638_639;
-    t642_643 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t640_641, t634_635);
-    t644 = R::constant(0.075) * t642_643.second(); // left_ankle: mass matrix
-    t645_646 = R::Two::fused(both(R::constant(0.273)), t398_399, t472_473);
-    t647_648 = R::Two::fused(both(R::constant(-0.315)), t630_631, t645_646);
-    t649_650 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t647_648;
-    t651_652 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t502_503, t510_511);
-    t653_654 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t651_652;
-    t655_656 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t502_503, t498_499);
-    t657_658 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t655_656, t653_654);
-    t659_660 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t657_658, t649_650);
-    t661 = t659_660.second() - t644; // left_ankle: mass matrix
-    t662 = t644 - t661; // other
-    // factors of the mass matrix
-    t663 = sin_q_left_ankle_roll * R::constant(0.41189931350114417);
-    t664 = R::fused(t623, t663, t662);
-    t665 = R::fused(-t494_495.second(), t663, t472_473.second());
-    t666 = R::constant(1.0) / t665;
-    t667 = t664 * t666;
-    t668 = R::fused(t664, t667, t625);
-    // right_lower_leg, left_lower_leg: mass matrix
-    t669_670 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t438_439, t540_541);
-    t671_672 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t669_670;
-    t673_674 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t438_439, t528_529);
-    t675_676 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t673_674;
-    t677_678 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t675_676, t671_672);
-    t679 = R::constant(0.075) * t677_678.second(); // left_lower_leg: mass matrix
-    t680_681 = R::Two::fused(both(R::constant(0.315)), t438_439, t476_477);
-    t682_683 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t680_681;
-    t684_685 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t512_513, t508_509);
-    t686_687 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t684_685, t682_683);
-    t688 = t686_687.second() - t679; // left_lower_leg: mass matrix
-    t689 = t679 - t688; // other
-    // factors of the mass matrix
-    t690 = t590_591.second() * R::constant(481.7535830422739);
-    t691 = R::fused(t623, t690, t689);
-    t692 = R::fused(-t590_591.second(), t663, t645_646.second());
-    t693 = t692 * t666;
-    t694 = R::fused(-t664, t693, t691);
-    t695 = R::fused(-t590_591.second(), t690, t476_477.second());
-    t696 = R::fused(-t692, t693, t695);
-    t697 = R::constant(1.0) / t696;
-    t698 = t694 * t697;
-    t699 = R::fused(t694, t698, t668);
-    // right_upper_leg, left_upper_leg: mass matrix
-    t700_701 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t542_543;
-    t702_703 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t532_533;
-    t704_705 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t702_703, t700_701);
-    t706 = R::constant(0.075) * t704_705.second(); // left_upper_leg: mass matrix
-    t707_708 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t480_481;
-    t709_710 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t516_517, t707_708);
-    t711 = t709_710.second() + t706; // left_upper_leg: mass matrix
-    t712 = t706 + t711; // other
-    // factors of the mass matrix
-    t713 = t592_593.second() * R::constant(481.7535830422739);
-    t714 = R::fused(-t623, t713, t712);
-    t715 = R::fused(-t592_593.second(), t663, t647_648.second());
-    t716 = t715 * t666;
-    t717 = R::fused(t664, t716, t714);
-    t718 = R::fused(-t592_593.second(), t690, t680_681.second());
-    t719 = R::fused(-t715, t693, t718);
-    t720 = t719 * t697;
-    t721 = R::fused(t694, t720, t717);
-    t722 = R::fused(-t592_593.second(), t713, t480_481.second());
-    t723 = R::fused(-t715, t716, t722);
-    t724 = R::fused(-t719, t720, t723);
-    t725 = R::constant(1.0) / t724;
-    t726 = t721 * t725;
-    t727 = R::fused(t721, t726, t699);
-    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t728_729 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t536_537;
-    t730_731 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t542_543, t728_729);
-    t732_733 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t730_731; // right_hip_roll_link, left_hip_roll_link
-    t734 = R::constant(0.075) * t732_733.second(); // left_hip_roll_link: mass matrix
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t735_736 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t506_507;
-    t737_738 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t514_515, t735_736);
-    t739_740 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t737_738; // right_hip_roll_link, left_hip_roll_link
-    t741_742 = t458_459 * t430_431;
-    t743_744 = R::Two::fused(both(R::constant(-2.0)), t741_742, t458_459);
-    t745_746 = R::Two::fused(-t460_461, t444_445, t743_744);
-    t747_748 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t745_746, t739_740);
-    t749 = t747_748.second() - t734; // left_hip_roll_link: mass matrix
-    t750 = t734 - t749; // other
-    // right_foot, left_foot: mass matrix
-    t751_752 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t608_609;
-    t753_754 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t616_617, t751_752);
-    t755 = t753_754.second() * R::constant(481.7535830422739); // factors of the mass matrix
-    t756 = R::fused(-t623, t755, t750); // factors of the mass matrix
-    // right_ankle, left_ankle: mass matrix
-    t757_758 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t651_652;
-    t759_760 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t655_656, t757_758);
-    t761 = R::fused(-t753_754.second(), t663, t759_760.second()); // factors of the mass matrix
-    t762 = t761 * t666; // factors of the mass matrix
-    t763 = R::fused(t664, t762, t756); // factors of the mass matrix
-    t764_765 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t512_513, t735_736);
-    // factors of the mass matrix
-    t766 = R::fused(t753_754.second(), t690, t764_765.second());
-    t767 = R::fused(t761, t693, t766);
-    t768 = t767 * t697;
-    t769 = R::fused(-t694, t768, t763);
-    t770 = R::fused(t753_754.second(), t713, t737_738.second());
-    t771 = R::fused(t761, t716, t770);
-    t772 = R::fused(-t767, t720, t771);
-    t773 = t772 * t725;
-    t774 = R::fused(t721, t773, t769);
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t775_776 = t442_443 - t464_465;
-    t777_778 = both(R::constant(0.3067920617)) + t775_776;
-    // factors of the mass matrix
-    t779 = R::fused(-t753_754.second(), t755, t777_778.second());
-    t780 = R::fused(-t761, t762, t779);
-    t781 = R::fused(-t767, t768, t780);
-    t782 = R::fused(-t772, t773, t781);
-    t783 = R::constant(1.0) / t782;
-    t784 = t774 * t783;
-    t785 = R::fused(t774, t784, t727);
-    t786 = R::constant(0.075) * t546_547.second(); // left_hip_yaw_link: sums of what it carries
-    t787 = t526_527.second() - t786; // left_hip_yaw_link: mass matrix
-    t788 = t786 - t787; // other
-    t789 = t620_621.second() * R::constant(481.7535830422739);
-    t790 = R::fused(t623, t789, t788);
-    t791 = R::fused(-t620_621.second(), t663, t659_660.second());
-    t792 = t791 * t666;
-    t793 = R::fused(-t664, t792, t790);
-    t794 = R::fused(-t620_621.second(), t690, t686_687.second());
-    t795 = R::fused(-t791, t693, t794);
-    t796 = t795 * t697;
-    t797 = R::fused(-t694, t796, t793);
-    t798 = R::fused(-t620_621.second(), t713, t709_710.second());
-    t799 = R::fused(-t791, t716, t798);
-    t800 = R::fused(-t795, t720, t799);
-    t801 = t800 * t725;
-    t802 = R::fused(t721, t801, t797);
-    t803 = R::fused(t620_621.second(), t755, t747_748.second());
-    t804 = R::fused(t791, t762, t803);
-    t805 = R::fused(-t795, t768, t804);
-    t806 = R::fused(-t800, t773, t805);
-    t807 = t806 * t783;
-    t808 = R::fused(-t774, t807, t802);
-    let (
-        t809, t810, t811, t812, t813, t814, t815, t816, t817, t818_819, t820_821, t822_823, t824_825, t826_827,
-        t828_829, t830_831, t832_833, t834_835, t836_837, t838_839, t840_841, t842_843, t844_845, t846_847, t848_849,
-        t850_851, t852_853, t854_855, t856_857, t858_859, t860_861, t862_863, t864_865, t866_867, t868_869, t870_871,
-        t872_873, t874_875, t876_877, t878_879, t880_881, t882_883, t884_885, t886_887, t888_889, t890_891, t892_893,
-        t894_895, t896_897, t898_899, t900_901, t902_903, t904_905, t906_907, t908_909, t910_911, t912_913, t914_915,
-        t916_917, t918_919, t920_921, t922_923, t924_925, t926_927, t928_929, t930_931, t932_933, t934_935, t936_937,
-        t938_939, t940_941, t942_943, t944_945, t946_947, t948_949, t950_951, t952_953, t954_955, t956_957, t958_959,
-        t960_961, t962_963, t964_965, t966_967, t968_969, t970_971, t972_973, t974_975, t976_977, t978_979, t980_981,
-        t982_983, t984_985, t986_987, t988_989, t990_991, t992_993, t994_995, t996_997, t998_999, t1000_1001,
-        t1002_1003, t1004_1005, t1006_1007, t1008_1009, t1010_1011, t1012_1013, t1014_1015, t1016, t1017, t1018, t1019,
-        t1020, t1021, t1022_1023, t1024_1025, t1026_1027, t1028_1029, t1030_1031, t1032, t1033, t1034, t1035, t1036,
-        t1037_1038, t1039_1040, t1041_1042, t1043, t1044, t1045, t1046, t1047, t1048, t1049, t1050, t1051, t1052, t1053,
-        t1054, t1055, t1056, t1057, t1058_1059, t1060_1061, t1062_1063, t1064_1065, t1066_1067, t1068_1069, t1070_1071,
-        t1072_1073, t1074_1075, t1076_1077, t1078_1079, t1080_1081, t1082_1083, t1084, t1085, t1086, t1087, t1088,
-        t1089, t1090, t1091, t1092, t1093, t1094, t1095, t1096_1097, t1098, t1099_1100, t1101_1102, t1103, t1104_1105,
-        t1106_1107, t1108, t1109, t1110, t1111, t1112, t1113_1114, t1115_1116, t1117_1118, t1119_1120, t1121_1122,
-        t1123, t1124_1125, t1126_1127, t1128, t1129, t1130, t1131, t1132_1133, t1134, t1135_1136, t1137_1138, t1139,
-        t1140_1141, t1142, t1143_1144, t1145_1146, t1147_1148, t1149_1150, t1151_1152, t1153, t1154_1155, t1156_1157,
-        t1158, t1159, t1160, t1161, t1162, t1163_1164, t1165, t1166_1167, t1168_1169, t1170, t1171_1172, t1173,
-        t1174_1175, t1176_1177, t1178_1179, t1180_1181, t1182_1183, t1184, t1185_1186, t1187_1188, t1189, t1190, t1191,
-        t1192, t1193, t1194, t1195_1196, t1197, t1198_1199, t1200_1201, t1202, t1203_1204, t1205, t1206_1207,
-        t1208_1209, t1210_1211, t1212_1213, t1214_1215, t1216, t1217_1218, t1219_1220, t1221, t1222, t1223, t1224,
-        t1225, t1226, t1227, t1228_1229, t1230_1231,
-    );
-    t809 = R::fused(-t620_621.second(), t789, t526_527.second());
-    t810 = R::fused(-t791, t792, t809);
-    t811 = R::fused(-t795, t796, t810);
-    t812 = R::fused(-t800, t801, t811);
-    t813 = R::fused(-t806, t807, t812);
-    t814 = R::constant(1.0) / t813;
-    t815 = t808 * t814;
-    t816 = R::fused(t808, t815, t785);
-    t817 = R::constant(1.0) / t816;
-    t818_819 = both(R::constant(0.3067820617)) * t107_108; // right_hip_roll_link, left_hip_roll_link
-    t820_821 = t73_74 * t81_82; // right_hip_roll_link, left_hip_roll_link: motion
-    t822_823 = R::Two::fused(both(R::constant(0.3067920617)), t820_821, t818_819);
+    t54 = cos_q_right_hip_pitch * t45;
+    t55 = sin_q_right_hip_pitch * t45;
+    t56 = R::fused(cos_q_right_hip_yaw, sin_q_right_hip_pitch, t54);
+    t57 = R::fused(-cos_q_right_hip_yaw, cos_q_right_hip_pitch, t55);
+    t58 = t46 * R::constant(0.075); // right_hip_yaw_link: motion
+    t59 = R::fused(v_base_angular_z, v_base_angular_z, t49); // torso: motion
+    t60 = R::fused(v_base_angular_y, v_base_angular_y, t49); // torso: motion
+    t61 = t59 * R::constant(0.075); // right_hip_yaw_link: motion
+    t62 = R::constant(2.444) * t60; // torso: wrench that its motion needs
+    // torso: motion
+    t63 = t52 - t53;
+    t64 = t52 + t53;
+    t65 = q_base_qy * t43;
+    t66 = q_base_qx * R::constant(2.0);
+    t67 = v_base_angular_y * v_base_angular_z;
+    t68 = v_base_angular_x * v_base_linear_y;
+    t69 = R::fused(-v_base_angular_y, v_base_linear_x, t68);
+    t70 = cos_q_right_knee_pitch * t56; // other
+    t71 = R::fused(-sin_q_right_knee_pitch, t57, t70); // other
+    t72 = t63 * R::constant(9.81);
+    t73 = t48 + t72;
+    t74_75 = R::Two::fused(both(t73), two(R::constant(-1.0), R::constant(1.0)), both(t58));
+    t76 = sin_q_right_knee_pitch * t56; // other
+    t77 = R::fused(cos_q_right_knee_pitch, t57, t76); // other
+    t78 = R::constant(0.315) * t56; // other
+    t79 = q_base_qw * t66;
+    t80 = q_base_qx * t66;
+    t81 = t67 * R::constant(0.075); // right_hip_yaw_link: motion
+    t82 = q_base_qy * t44;
+    t83 = q_base_qx * t44;
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t84_85 = both(v_base_angular_x) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
+    t86_87 = R::Two::fused(-both(v_base_angular_y), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t84_85);
+    t88 = sin_q_right_ankle_pitch * t71; // other
+    t89 = R::fused(cos_q_right_ankle_pitch, t77, t88); // other
+    // torso: motion
+    t90 = t65 + t79;
+    t91 = t65 - t79;
+    t92 = t80 + t82;
+    t93 = R::constant(1.0) - t92;
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t94_95 = both(v_base_angular_z) + two(v_right_hip_yaw, v_left_hip_yaw);
+    t96_97 = both(v_base_angular_x) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
+    t98_99 = R::Two::fused(both(v_base_angular_y), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t96_97);
+    t100 = R::fused(R::constant(0.273), t71, t78); // other
+    t101 = cos_q_right_ankle_pitch * t71; // other
+    t102 = R::fused(-sin_q_right_ankle_pitch, t77, t101); // other
+    t103_104 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t74_75;
+    t105_106 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t74_75;
+    t107 = t90 * R::constant(9.81); // torso: motion
+    t108 = t51 + t107; // torso: motion
+    t109_110 = R::Two::fused(both(t108), two(R::constant(1.0), R::constant(-1.0)), both(t61));
+    t111_112 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t109_110, t103_104);
+    t113_114 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t109_110, t105_106);
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t115_116 = t86_87 * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
+    t117_118 = R::Two::fused(t94_95, two(cos_q_right_hip_roll, cos_q_left_hip_roll), t115_116);
+    t119 = t93 * R::constant(9.81); // torso: motion
+    t120 = t69 + t119; // torso: motion
+    t121_122 = R::Two::fused(both(t120), two(R::constant(-1.0), R::constant(1.0)), both(t81));
+    t123 = R::fused(R::constant(-19.0), t120, t62); // torso: wrench that its motion needs
+    t124_125 = t98_99 + two(v_right_hip_roll, v_left_hip_roll);
+    t126_127 = t86_87 * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
+    t128_129 = R::Two::fused(-t94_95, two(sin_q_right_hip_roll, sin_q_left_hip_roll), t126_127);
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t130_131 = t98_99 * two(v_right_hip_yaw, v_left_hip_yaw);
+    t132_133 = t86_87 * two(v_right_hip_yaw, v_left_hip_yaw);
+    // other
+    t134 = sin_q_right_hip_yaw * cos_q_right_hip_roll;
+    t135 = cos_q_right_hip_yaw * sin_q_right_hip_roll;
+    t136 = cos_q_right_hip_yaw * cos_q_right_hip_roll;
+    t137 = cos_q_right_hip_roll * cos_q_right_hip_pitch;
+    // right_upper_leg, left_upper_leg: motion
+    t138_139 = t117_118 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    t140_141 = R::Two::fused(-t124_125, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t138_139);
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t142_143 = t130_131 * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
+    t144_145 = t130_131 * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
+    t146_147 = R::Two::fused(-t117_118, two(v_right_hip_roll, v_left_hip_roll), t142_143);
+    t148_149 = R::Two::fused(t128_129, two(v_right_hip_roll, v_left_hip_roll), t144_145);
+    // right_upper_leg, left_upper_leg: motion
+    t150_151 = t117_118 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t152_153 = R::Two::fused(t124_125, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t150_151);
+    t154_155 = t128_129 - two(v_right_hip_pitch, v_left_hip_pitch);
+    // other
+    t156 = sin_q_right_ankle_roll * t134;
+    t157 = R::fused(cos_q_right_ankle_roll, t102, t156);
+    t158 = cos_q_right_hip_pitch * t135;
+    t159 = sin_q_right_hip_pitch * t135;
+    t160 = R::fused(-sin_q_right_hip_yaw, sin_q_right_hip_pitch, t158);
+    t161 = R::fused(sin_q_right_hip_yaw, cos_q_right_hip_pitch, t159);
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t162_163 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t111_112;
+    t164_165 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t111_112;
+    t166_167 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t121_122, t162_163);
+    t168_169 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t121_122, t164_165);
+    // right_upper_leg, left_upper_leg: motion
+    t170_171 = t140_141 * t140_141;
+    t172_173 = R::Two::fused(t154_155, t154_155, t170_171);
+    t174_175 = t154_155 - two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
+    t176_177 = t152_153 * t140_141;
+    // right_lower_leg, left_lower_leg: motion
+    t178_179 = t152_153 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
+    t180_181 = R::Two::fused(t140_141, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t178_179);
+    t182_183 = t152_153 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
+    t184_185 = R::Two::fused(-t140_141, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t182_183);
+    t186_187 = t146_147 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll); // right_foot, left_foot: motion
+    t188_189 = t174_175 - two(v_right_ankle_pitch, v_left_ankle_pitch); // right_ankle, left_ankle: motion
+    // right_upper_leg, left_upper_leg: motion
+    t190_191 = t148_149 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t192_193 = t148_149 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    t194_195 = R::Two::fused(-t132_133, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t190_191);
+    t196_197 = R::Two::fused(t132_133, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t192_193);
+    t198_199 = both(R::constant(0.3067920617)) * t132_133; // right_hip_yaw_link, left_hip_yaw_link
+    t200_201 = R::Two::fused(-t140_141, two(v_right_hip_pitch, v_left_hip_pitch), t194_195);
+    t202_203 = t140_141 * t154_155;
+    t204_205 = t152_153 * t154_155;
+    t206_207 = R::Two::fused(t152_153, two(v_right_hip_pitch, v_left_hip_pitch), t196_197);
+    t208_209 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t166_167;
+    t210_211 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t166_167;
+    t212_213 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t113_114, t208_209);
+    t214_215 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t113_114, t210_211);
+    t216_217 = R::Two::fused(t172_173, both(R::constant(0.315)), t212_213 * two(R::constant(-1.0), R::constant(1.0)));
+    t218_219 = t146_147 + t176_177;
+    // right_lower_leg, left_lower_leg: motion
+    t220_221 = t180_181 * t180_181;
+    t222_223 = R::Two::fused(t174_175, t174_175, t220_221);
+    t224_225 = t184_185 * t180_181;
+    t226_227 = t188_189 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll); // right_foot, left_foot: motion
+    // right_ankle, left_ankle: motion
+    t228_229 = t184_185 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t230_231 = R::Two::fused(-t180_181, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t228_229);
+    // right_foot, left_foot: motion
+    t232_233 = R::Two::fused(-t230_231, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t226_227);
+    t234_235 = t188_189 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t236_237 = R::Two::fused(t230_231, two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t234_235);
+    // right_lower_leg, left_lower_leg: motion
+    t238_239 = t200_201 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
+    t240_241 = R::Two::fused(-t206_207, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t238_239);
+    t242_243 = R::Two::fused(-t180_181, two(v_right_knee_pitch, v_left_knee_pitch), t240_241);
+    t244_245 = R::Two::fused(t218_219, both(R::constant(0.315)), t214_215 * two(R::constant(1.0), R::constant(-1.0)));
+    t246_247 = t146_147 + t224_225;
+    t248_249 = t200_201 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
     // right_upper_leg, left_upper_leg: wrench that its motion needs
-    t824_825 = both(R::constant(0.24091175)) * t107_108;
-    t826_827 = R::Two::fused(both(R::constant(0.23740175003)), t113_114, t824_825);
-    t828_829 = R::Two::fused(two(R::constant(0.8932), R::constant(-0.8932)), t101_102, t826_827);
-    // right_lower_leg, left_lower_leg: wrench that its motion needs
-    t830_831 = both(R::constant(0.06634781167)) * t107_108;
-    t832_833 = R::Two::fused(both(R::constant(0.065449478333)), t143_144, t830_831);
-    t834_835 = R::Two::fused(both(R::constant(-0.29034)), t137_138, t832_833);
-    t836_837 = both(R::constant(0.00383375)) * t107_108; // right_ankle, left_ankle: wrench that its motion needs
-    t838_839 = t157_158 * t211_212; // right_ankle, left_ankle: motion
-    // right_ankle, left_ankle: wrench that its motion needs
-    t840_841 = R::Two::fused(both(R::constant(-0.00382375)), t838_839, t836_837);
-    t842_843 = R::Two::fused(both(R::constant(0.0171)), t309_310, t840_841);
-    // right_foot, left_foot: wrench that its motion needs
-    t844_845 = both(R::constant(0.00092625)) * t217_218;
-    t846_847 = R::Two::fused(both(R::constant(0.00207575)), t221_222, t844_845);
-    t848_849 = t353_354 - t167_168;
-    t850_851 = R::Two::fused(both(R::constant(0.000855)), t848_849, t846_847);
-    t852_853 = R::Two::fused(both(R::constant(-0.0285)), t149_150, t850_851);
-    t854_855 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t852_853; // right_foot, left_foot
-    t856_857 = t313_314 * both(R::constant(0.0011495));
-    t858_859 = R::Two::fused(both(R::constant(0.000855)), t327_328, t856_857);
-    // right_foot, left_foot: wrench handed to its parent
-    t860_861 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t858_859, t854_855);
-    t862_863 = t842_843 + t860_861;
-    t864_865 = t834_835 + t862_863; // right_ankle, left_ankle: wrench handed to its parent
-    t866_867 = both(R::constant(0.0285)) * t327_328; // right_foot, left_foot: wrench that its motion needs
-    t868_869 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t866_867;
-    t870_871 = both(R::constant(0.0285)) * t355_356; // right_foot, left_foot: wrench that its motion needs
-    t872_873 = R::Two::fused(-two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t870_871, t868_869);
-    t874_875 = t107_108 - t838_839; // right_ankle, left_ankle: motion
-    t876_877 = R::Two::fused(both(R::constant(0.0171)), t874_875, -t872_873);
-    t878_879 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t876_877; // right_ankle, left_ankle
+    t250_251 = both(R::constant(0.23740175003)) * t200_201;
+    t252_253 = R::Two::fused(both(R::constant(-0.24091175)), t202_203, t250_251);
+    t254_255 = R::Two::fused(t206_207, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t248_249);
+    t256_257 = t206_207 - t204_205; // right_upper_leg, left_upper_leg: motion
+    t258_259 = t204_205 * both(R::constant(0.47831350003));
+    t260_261 = R::Two::fused(two(R::constant(0.8932), R::constant(-0.8932)), t168_169, t258_259);
+    // right_lower_leg, left_lower_leg: motion
+    t262_263 = R::Two::fused(t256_257, both(R::constant(0.315)), t168_169 * two(R::constant(-1.0), R::constant(1.0)));
+    t264_265 = R::Two::fused(t184_185, two(v_right_knee_pitch, v_left_knee_pitch), t254_255);
+    t266_267 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t216_217;
+    t268_269 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t216_217;
+    t270_271 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t244_245, t266_267);
+    t272_273 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t244_245, t268_269);
+    t274_275 = R::Two::fused(t222_223, both(R::constant(0.273)), t270_271); // right_ankle, left_ankle: motion
+    // right_foot, left_foot: motion
+    t276_277 = t232_233 * t232_233;
+    t278_279 = t236_237 * t236_237;
+    t280_281 = t184_185 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch); // right_ankle, left_ankle: motion
+    // right_lower_leg, left_lower_leg: motion
+    t282_283 = t184_185 * t174_175;
+    t284_285 = t180_181 * t174_175;
     // right_ankle, left_ankle: motion
-    t880_881 = t151_152 * t151_152;
-    t882_883 = R::Two::fused(t157_158, t157_158, t880_881);
-    t884_885 = both(R::constant(0.0171)) * t882_883; // right_ankle, left_ankle: wrench that its motion needs
-    t886_887 = R::Two::fused(both(R::constant(-0.0285)), t223_224, t884_885); // right_foot, left_foot
-    // right_ankle, left_ankle: wrench handed to its parent
-    t888_889 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t886_887, t878_879);
-    t890_891 = R::Two::fused(both(R::constant(0.273)), t888_889, t864_865);
-    t892_893 = t828_829 + t890_891; // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t894_895 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t876_877;
-    t896_897 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t886_887, t894_895);
-    t898_899 = R::Two::fused(both(R::constant(0.29034)), t129_130, t896_897);
-    t900_901 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t898_899; // right_lower_leg, left_lower_leg
-    t902_903 = R::Two::fused(both(R::constant(0.29034)), t145_146, t888_889);
-    // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t904_905 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t902_903, t900_901);
-    t906_907 = R::Two::fused(both(R::constant(0.315)), t904_905, t892_893);
-    t908_909 = t822_823 - t906_907; // right_upper_leg, left_upper_leg: wrench handed to its parent
-    t910_911 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t908_909; // right_hip_roll_link, left_hip_roll_link
-    t912_913 = both(R::constant(0.23740175003)) * t185_186; // right_upper_leg, left_upper_leg
-    t914_915 = t83_84 * t91_92; // right_upper_leg, left_upper_leg: motion
-    t916_917 = R::Two::fused(both(R::constant(-0.24091175)), t914_915, t912_913); // right_upper_leg, left_upper_leg
-    t918_919 = both(R::constant(0.065449478333)) * t197_198; // right_lower_leg, left_lower_leg
-    t920_921 = t123_124 * t127_128; // right_lower_leg, left_lower_leg: motion
-    t922_923 = R::Two::fused(both(R::constant(-0.06634781167)), t920_921, t918_919); // right_lower_leg, left_lower_leg
-    t924_925 = both(R::constant(0.00382375)) * t213_214; // right_ankle, left_ankle: wrench that its motion needs
-    t926_927 = t211_212 * t151_152; // right_ankle, left_ankle: motion
-    // right_ankle, left_ankle: wrench that its motion needs
-    t928_929 = R::Two::fused(both(R::constant(0.00383375)), t926_927, t924_925);
-    t930_931 = R::Two::fused(both(R::constant(-0.0171)), t303_304, t928_929);
-    // right_foot, left_foot: wrench handed to its parent
-    t932_933 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t852_853;
-    t934_935 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t858_859, t932_933);
-    t936_937 = t930_931 - t934_935;
-    t938_939 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t936_937; // right_ankle, left_ankle
-    // right_foot, left_foot: wrench that its motion needs
-    t940_941 = both(R::constant(0.00207575)) * t323_324;
-    t942_943 = R::Two::fused(both(R::constant(-0.00092625)), t325_326, t940_941);
-    t944_945 = R::Two::fused(both(R::constant(-0.000855)), t315_316, t942_943);
-    t946_947 = R::Two::fused(both(R::constant(0.0285)), t311_312, t944_945);
-    t948_949 = t157_158 * t151_152; // right_ankle, left_ankle: motion
-    t950_951 = R::Two::fused(t948_949, both(R::constant(0.00001)), -t946_947); // right_foot, left_foot
-    // right_ankle, left_ankle: wrench handed to its parent
-    t952_953 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t950_951, t938_939);
-    t954_955 = t922_923 - t952_953;
-    t956_957 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t954_955; // right_lower_leg, left_lower_leg
+    t286_287 = R::Two::fused(t180_181, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t280_281);
+    t288_289 = t242_243 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t290_291 = R::Two::fused(-t264_265, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t288_289);
+    t292_293 = R::Two::fused(-t286_287, two(v_right_ankle_pitch, v_left_ankle_pitch), t290_291);
+    // right_foot, left_foot: motion
+    t294_295 = R::Two::fused(-t292_293, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t186_187);
+    t296_297 = R::Two::fused(-t236_237, two(v_right_ankle_roll, v_left_ankle_roll), t294_295);
+    t298_299 = t276_277 + t278_279;
+    t300_301 = t298_299 * two(R::constant(0.03), R::constant(0.15)); // other
+    t302_303 = R::Two::fused(t246_247, both(R::constant(0.273)), -t272_273); // right_ankle, left_ankle: motion
+    // other
+    t304 = t100 * t157;
+    t305 = R::fused(R::constant(-0.315), t160, R::constant(0.075));
+    t306 = cos_q_right_knee_pitch * t160;
+    t307 = sin_q_right_knee_pitch * t160;
+    t308 = R::fused(-sin_q_right_knee_pitch, t161, t306);
+    t309 = R::fused(cos_q_right_knee_pitch, t161, t307);
+    // right_ankle, left_ankle: motion
+    t310_311 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t274_275;
+    t312_313 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t274_275;
+    t314_315 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t302_303, t310_311);
+    t316_317 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t302_303, t312_313);
+    t318_319 = t286_287 - two(v_right_ankle_roll, v_left_ankle_roll); // right_foot, left_foot: motion
+    // other
+    t320 = sin_q_right_ankle_roll * t136;
+    t321 = R::constant(0.315) * t137;
+    t322 = cos_q_right_knee_pitch * t137;
+    t323 = sin_q_right_knee_pitch * t137;
+    t324 = cos_q_right_hip_roll * sin_q_right_hip_pitch;
+    t325 = R::fused(-sin_q_right_knee_pitch, t324, t322);
+    t326 = R::fused(cos_q_right_knee_pitch, t324, t323);
+    // right_foot, left_foot: motion
+    t327_328 = t236_237 * t318_319;
+    t329_330 = t232_233 * t236_237;
+    // other
+    t331 = R::fused(R::constant(-0.273), t308, t305);
+    t332 = cos_q_right_ankle_pitch * t308;
+    t333 = sin_q_right_ankle_pitch * t308;
+    t334 = R::fused(-sin_q_right_ankle_pitch, t309, t332);
+    t335 = R::fused(cos_q_right_ankle_pitch, t309, t333);
+    t336 = R::fused(cos_q_right_ankle_roll, t334, t320);
+    t337 = R::fused(-t331, t336, t304);
+    t338_339 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    // right_foot, left_foot: motion
+    t340_341 = t146_147 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t342_343 = R::Two::fused(t292_293, two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t340_341);
+    t344_345 = R::Two::fused(t232_233, two(v_right_ankle_roll, v_left_ankle_roll), t342_343);
+    t346_347 = t232_233 * t318_319;
+    t348_349 = t318_319 * t318_319;
+    t350_351 = t348_349 + t276_277;
+    t352_353 = t348_349 - t278_279; // right_foot, left_foot: wrench that its motion needs
+    t354_355 = t296_297 + t327_328;
+    // other
+    t356_357 = R::Two::fused(t354_355, both(R::constant(-0.08)), t300_301);
+    t358_359 = t314_315 + t356_357;
+    t360 = R::fused(R::constant(0.273), t325, t321);
+    t361 = cos_q_right_ankle_pitch * t325;
+    t362 = sin_q_right_ankle_pitch * t325;
+    t363 = R::fused(-sin_q_right_ankle_pitch, t326, t361);
+    t364 = R::fused(cos_q_right_ankle_pitch, t326, t362);
+    t365 = cos_q_right_ankle_roll * t134;
+    t366 = R::fused(-sin_q_right_ankle_roll, t102, t365);
+    t367 = cos_q_right_ankle_roll * t136;
+    t368 = R::fused(-sin_q_right_ankle_roll, t334, t367);
+    t369_370 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t371_372 = t264_265 - t282_283; // right_lower_leg, left_lower_leg: motion
     // right_lower_leg, left_lower_leg: wrench that its motion needs
-    t958_959 = t299_300 * both(R::constant(0.131797290003));
-    t960_961 = R::Two::fused(both(R::constant(-0.29034)), t297_298, t958_959);
-    // right_ankle, left_ankle: wrench handed to its parent
-    t962_963 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t936_937;
-    t964_965 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t950_951, t962_963);
-    t966_967 = t960_961 + t964_965;
-    // right_foot, left_foot: wrench handed to its parent
-    t968_969 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t866_867;
-    t970_971 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t870_871, t968_969);
-    t972_973 = t213_214 + t926_927; // right_ankle, left_ankle: motion
-    t974_975 = R::Two::fused(both(R::constant(0.0171)), t972_973, -t970_971);
-    t976_977 = R::Two::fused(both(R::constant(0.273)), t974_975, t966_967); // right_ankle, left_ankle
-    // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t978_979 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t976_977, t956_957);
-    t980_981 = t916_917 + t978_979;
-    t982_983 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t980_981; // right_upper_leg, left_upper_leg
-    // right_upper_leg, left_upper_leg: wrench that its motion needs
-    t984_985 = t293_294 * both(R::constant(0.47831350003));
-    t986_987 = R::Two::fused(two(R::constant(0.8932), R::constant(-0.8932)), t291_292, t984_985);
-    // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t988_989 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t954_955;
-    t990_991 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t976_977, t988_989);
-    t992_993 = t986_987 - t990_991;
-    t994_995 = R::Two::fused(both(R::constant(0.29034)), t301_302, -t974_975); // right_ankle, left_ankle
-    t996_997 = R::Two::fused(both(R::constant(-0.315)), t994_995, t992_993);
-    t998_999 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t996_997, t982_983);
-    t1000_1001 = t89_90 * t81_82; // right_hip_roll_link, left_hip_roll_link: motion
-    t1002_1003 = R::Two::fused(t1000_1001, both(R::constant(0.6135741234)), -t998_999);
-    t1004_1005 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1002_1003, t910_911);
-    t1006_1007 = t79_80 * t67_68; // right_hip_yaw_link, left_hip_yaw_link: motion
-    t1008_1009 = R::Two::fused(both(R::constant(0.3067920617)), t1006_1007, -t1004_1005);
-    t1010_1011 = two(tau_right_hip_yaw, tau_left_hip_yaw) + t1008_1009; // other
-    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t1012_1013 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t532_533;
-    t1014_1015 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t544_545, t1012_1013);
+    t373_374 = t282_283 * both(R::constant(0.131797290003));
+    t375_376 = R::Two::fused(both(R::constant(-0.29034)), t262_263, t373_374);
+    t377_378 = R::Two::fused(t371_372, both(R::constant(0.273)), t262_263); // right_ankle, left_ankle: motion
+    t379_380 = t344_345 + t346_347; // right_foot, left_foot: motion
+    t381_382 = t346_347 * both(R::constant(0.0011495)); // right_foot, left_foot: wrench that its motion needs
     // other
-    t1016 = t335 * t287;
-    t1017 = R::fused(t280, t343, t1016);
-    t1018 = R::fused(t252, t363, t1017);
-    t1019 = t35 + t1018;
-    t1020 = t1014_1015.second() * t1019;
-    t1021 = R::fused(t559, t365, t1020);
-    t1022_1023 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t747_748; // right_hip_yaw_link, left_hip_yaw_link
-    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t1024_1025 = t516_517 * t468_469;
-    t1026_1027 = R::Two::fused(both(R::constant(-2.0)), t1024_1025, t516_517);
-    t1028_1029 = R::Two::fused(t518_519, t484_485, t1026_1027);
-    t1030_1031 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1028_1029, t1022_1023);
+    t383 = R::fused(-cos_q_right_ankle_roll, t363, t338_339.first());
+    t384 = R::fused(sin_q_right_ankle_roll, t363, t369_370.first());
+    t385 = R::fused(-t360, t383, t337);
+    t386 = R::constant(0.08) + t385;
+    t387 = t100 * t366;
+    t388 = R::fused(-t331, t368, t387);
+    t389 = R::fused(-t360, t384, t388);
+    t390_391 = t379_380 * two(R::constant(0.03), R::constant(0.15));
+    // right_ankle, left_ankle: motion
+    t392_393 = t242_243 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t394_395 = R::Two::fused(t264_265, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t392_393);
+    // right_lower_leg, left_lower_leg: wrench that its motion needs
+    t396_397 = both(R::constant(0.065449478333)) * t242_243;
+    t398_399 = R::Two::fused(both(R::constant(-0.06634781167)), t284_285, t396_397);
+    t400_401 = R::Two::fused(t230_231, two(v_right_ankle_pitch, v_left_ankle_pitch), t394_395);
+    // right_foot, left_foot: motion
+    t402_403 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t377_378;
+    t404_405 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t316_317, t402_403);
     // other
-    t1032 = t323_324.first() * t16;
-    t1033 = R::fused(t217_218.first(), t277, t1032);
-    t1034 = R::fused(t274_275.first(), t235, t1033);
-    t1035 = t1030_1031.second() * t1034;
-    t1036 = t1021 + t1035;
-    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t1037_1038 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t747_748;
-    t1039_1040 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1028_1029, t1037_1038);
-    t1041_1042 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t730_731, t1039_1040);
-    t1043 = t1041_1042.second() + t1041_1042.first(); // right_hip_yaw_link: sums of what it carries
-    t1044 = R::constant(2.444) + t730_731.second(); // left_hip_yaw_link: sums of what it carries
-    t1045 = t730_731.first() + t1044; // right_hip_yaw_link: sums of what it carries
+    t406 = t100 * t89;
+    t407 = R::fused(-t331, t335, t406);
+    t408 = R::fused(t360, t364, t407);
+    let (
+        t409, t410_411, t412_413, t414_415, t416_417, t418_419, t420_421, t422_423, t424, t425, t426, t427, t428, t429,
+        t430, t431, t432_433, t434_435, t436_437, t438_439, t440_441, t442, t443_444, t445_446, t447_448, t449_450,
+        t451_452, t453_454, t455_456, t457_458, t459_460, t461_462, t463_464, t465_466, t467, t468, t469, t470,
+        t471_472, t473_474, t475_476, t477_478, t479_480, t481_482, t483_484, t485_486, t487_488, t489_490, t491_492,
+        t493_494, t495_496, t497_498, t499_500, t501_502, t503, t504, t505_506, t507_508, t509_510, t511_512, t513_514,
+        t515_516, t517_518, t519_520, t521_522, t523_524, t525_526, t527_528, t529_530, t531_532, t533_534, t535_536,
+        t537_538, t539_540, t541_542, t543_544, t545_546, t547_548, t549_550, t551_552, t553_554, t555_556, t557_558,
+        t559_560, t561_562, t563_564, t565_566, t567_568, t569_570, t571_572, t573_574, t575_576, t577_578, t579_580,
+        t581_582, t583_584, t585_586, t587_588, t589_590, t591_592, t593_594, t595_596, t597_598, t599_600, t601_602,
+        t603_604, t605_606, t607_608, t609_610, t611_612, t613_614, t615_616, t617_618, t619, t620, t621, t622_623,
+        t624_625, t626_627, t628_629, t630_631, t632_633, t634_635, t636_637, t638, t639, t640_641, t642_643, t644_645,
+        t646_647, t648_649, t650_651, t652_653, t654_655, t656_657, t658_659, t660_661, t662_663, t664_665, t666_667,
+        t668, t669_670, t671_672, t673_674, t675_676, t677_678, t679_680, t681_682, t683_684, t685_686, t687_688,
+        t689_690, t691_692, t693_694, t695_696, t697_698, t699_700, t701_702, t703_704, t705_706, t707_708, t709_710,
+        t711_712, t713_714, t715_716, t717_718, t719_720, t721_722, t723_724, t725_726, t727_728, t729_730, t731_732,
+        t733_734, t735, t736_737, t738_739, t740_741, t742_743, t744_745, t746, t747, t748, t749, t750, t751, t752,
+        t753, t754_755, t756_757, t758_759, t760_761, t762_763, t764_765, t766_767, t768_769, t770, t771, t772, t773,
+        t774, t775, t776, t777, t778, t779, t780, t781, t782_783, t784_785, t786_787, t788_789, t790_791, t792_793,
+        t794_795, t796, t797, t798, t799, t800, t801, t802, t803, t804, t805, t806_807, t808_809, t810, t811, t812_813,
+        t814_815, t816, t817, t818, t819, t820_821, t822_823, t824, t825, t826, t827, t828_829, t830_831, t832_833,
+        t834, t835, t836, t837, t838, t839, t840, t841, t842, t843, t844, t845,
+    );
+    t409 = R::constant(0.03) + t408;
+    // right_foot, left_foot: motion
+    t410_411 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t377_378;
+    t412_413 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t316_317, t410_411);
+    t414_415 = t296_297 - t327_328;
     // other
-    t1046 = R::fused(R::constant(-0.075), t1045, t1043);
-    t1047 = t1039_1040.first() - t1046;
-    t1048 = t323_324.first() * t335;
-    t1049 = R::fused(t217_218.first(), t280, t1048);
-    t1050 = R::fused(t274_275.first(), t252, t1049);
-    t1051 = R::fused(t1047, t1050, t1036);
-    t1052 = t323_324.first() * t338;
-    t1053 = R::fused(-t217_218.first(), t284, t1052);
-    t1054 = R::fused(-t274_275.first(), t266, t1053);
-    t1055 = R::fused(-t557, t1054, t1051);
-    t1056 = t1010_1011.first() - t1055;
-    t1057 = R::fused(t17, R::constant(0.098295), t1008_1009.second()); // left_hip_yaw_link: wrench handed to its parent
-    // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t1058_1059 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t898_899;
-    t1060_1061 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t902_903, t1058_1059);
-    t1062_1063 = R::Two::fused(both(R::constant(0.8932)), t93_94, t1060_1061);
-    t1064_1065 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t1062_1063; // right_upper_leg, left_upper_leg
-    t1066_1067 = R::Two::fused(both(R::constant(0.8932)), t115_116, t904_905);
-    t1068_1069 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1066_1067, t1064_1065);
-    t1070_1071 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1068_1069; // right_hip_yaw_link, left_hip_yaw_link
-    t1072_1073 = R::Two::fused(both(R::constant(0.8932)), t295_296, t994_995);
-    t1074_1075 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1072_1073; // right_hip_roll_link, left_hip_roll_link
-    // right_upper_leg, left_upper_leg: wrench handed to its parent
-    t1076_1077 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t1062_1063;
-    t1078_1079 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1066_1067, t1076_1077);
-    t1080_1081 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1078_1079, t1074_1075);
-    t1082_1083 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1080_1081, t1070_1071);
-    t1084 = R::fused(R::constant(0.075), t1082_1083.second(), t1057); // left_hip_yaw_link: wrench handed to its parent
-    t1085 = t1008_1009.first() + t1084; // right_hip_yaw_link: wrench handed to its parent
-    t1086 = R::fused(R::constant(-0.075), t1082_1083.first(), t1085); // right_hip_yaw_link: wrench handed to its parent
-    t1087 = tau_base_angular_z + t1086; // other
-    t1088 = v_base_angular_x * v_base_angular_z; // torso: motion
-    t1089 = R::constant(2.444) * t1088; // torso: wrench that its motion needs
-    t1090 = R::fused(R::constant(19.0), t21, t1089); // torso: wrench that its motion needs
-    t1091 = t1090 + t1082_1083.second(); // left_hip_yaw_link: wrench handed to its parent
-    t1092 = t1091 + t1082_1083.first(); // right_hip_yaw_link: wrench handed to its parent
+    t416_417 = t414_415 * two(R::constant(0.03), R::constant(0.15));
+    t418_419 = R::Two::fused(t350_351, both(R::constant(0.08)), t416_417);
+    t420_421 = t412_413 + t418_419;
+    t422_423 = both(R::constant(0.0285)) * t350_351; // right_foot, left_foot: wrench that its motion needs
+    t424 = t296_297.first() * t386;
+    t425 = R::fused(-t344_345.first(), t389, t424);
+    t426 = t400_401.first() * t389;
+    t427 = t358_359.first() + t425;
+    t428 = R::fused(-t296_297.first(), t409, t426);
+    t429 = t344_345.first() * t409;
+    t430 = R::fused(-t400_401.first(), t386, t429);
+    t431 = t420_421.first() + t428;
+    t432_433 = t400_401 - t329_330; // right_foot, left_foot: motion
+    t434_435 = R::Two::fused(t432_433, both(R::constant(-0.08)), t390_391);
+    // right_foot, left_foot: wrench that its motion needs
+    t436_437 = R::Two::fused(both(R::constant(0.000855)), t432_433, t381_382);
+    t438_439 = both(R::constant(0.0285)) * t432_433;
+    t440_441 = t404_405 - t434_435; // other
+    t442 = t440_441.first() + t430; // other
+    // right_ankle, left_ankle: sums of what it carries
+    t443_444 = both(R::constant(0.00207575)) - t33_34;
+    t445_446 = R::Two::fused(-t11_12, t443_444, t39_40);
+    t447_448 = t7_8 * t443_444;
+    t449_450 = R::Two::fused(both(R::constant(-2.0)), t27_28, t447_448);
+    t451_452 = R::Two::fused(both(R::constant(-0.273)), t37_38, t445_446);
+    t453_454 = t33_34 + t449_450;
+    t455_456 = both(R::constant(0.00207575)) - t449_450;
+    t457_458 = both(R::constant(0.065449478333)) - t453_454;
+    t459_460 = both(R::constant(0.546)) * t35_36;
+    t461_462 = t455_456 + t459_460;
+    t463_464 = t41_42 + t459_460;
+    t465_466 = both(R::constant(0.06634781167)) + t463_464;
     // other
-    t1093 = tau_base_linear_x - t1092;
-    t1094 = R::fused(R::constant(-0.075), t1093, t1087);
-    t1095 = t1056 - t1094;
-    t1096_1097 = two(tau_right_ankle_roll, tau_left_ankle_roll) + t946_947;
-    t1098 = t587_588.second() * t365;
-    // right_foot, left_foot: mass matrix
-    t1099_1100 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t575_576;
-    t1101_1102 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t585_586, t1099_1100);
-    t1103 = R::fused(t1101_1102.second(), t1019, t1098); // other
-    t1104_1105 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t394_395;
-    t1106_1107 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t583_584, t1104_1105);
-    // other
-    t1108 = t338 * t287;
-    t1109 = R::fused(-t284, t343, t1108);
-    t1110 = R::fused(-t266, t363, t1109);
-    t1111 = t51 - t1110;
-    t1112 = R::fused(t1106_1107.second(), t1111, t1103);
-    // right_foot, left_foot: mass matrix
-    t1113_1114 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t753_754;
-    t1115_1116 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t592_593;
-    t1117_1118 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t618_619, t1115_1116);
-    t1119_1120 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1117_1118, t1113_1114);
-    t1121_1122 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1106_1107, t1119_1120);
-    t1123 = R::fused(-t1121_1122.second(), t1034, t1112); // other
-    t1124_1125 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t753_754;
-    t1126_1127 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1117_1118, t1124_1125);
-    t1128 = R::fused(t1126_1127.second(), t1050, t1123); // other
-    t1129 = R::fused(t622, t1054, t1128); // other
-    t1130 = t1096_1097.second() - t1129; // other
-    t1131 = R::fused(-t624, t1130, t1095); // solved by the factors
-    t1132_1133 = two(tau_right_ankle_pitch, tau_left_ankle_pitch) + t862_863; // other
-    t1134 = t642_643.second() * t365; // other
+    t467 = t89 * t427;
+    t468 = R::fused(t366, t442, t467);
+    t469 = R::fused(t157, t431, t468);
+    t470 = t72 - t469;
+    t471_472 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t473_474 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t37_38;
+    t475_476 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t37_38;
+    t477_478 = both(R::constant(0.29034)) + t35_36; // right_ankle, left_ankle: sums of what it carries
+    t479_480 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t481_482 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
+    // right_foot, left_foot: sums of what it carries
+    t483_484 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t485_486 = both(R::constant(0.00092625)) * t483_484;
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t487_488 = t451_452 * t25_26;
+    t489_490 = t451_452 * t21_22;
+    t491_492 = R::Two::fused(both(R::constant(-2.0)), t489_490, t451_452);
+    t493_494 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t477_478, -t473_474);
+    t495_496 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t477_478, t475_476);
     // right_ankle, left_ankle: mass matrix
-    t1135_1136 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t632_633;
-    t1137_1138 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t640_641, t1135_1136);
-    t1139 = R::fused(t1137_1138.second(), t1019, t1134); // other
-    t1140_1141 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t638_639;
-    t1142 = R::fused(t1140_1141.second(), t1111, t1139); // other
-    t1143_1144 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t759_760;
-    t1145_1146 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t647_648;
-    t1147_1148 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t657_658, t1145_1146);
-    t1149_1150 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1147_1148, t1143_1144);
-    t1151_1152 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t1140_1141, t1149_1150);
-    t1153 = R::fused(t1151_1152.second(), t1034, t1142); // other
-    t1154_1155 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t759_760;
-    t1156_1157 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1147_1148, t1154_1155);
-    t1158 = R::fused(-t1156_1157.second(), t1050, t1153); // other
-    t1159 = R::fused(-t661, t1054, t1158); // other
-    t1160 = t1132_1133.second() - t1159; // other
-    t1161 = R::fused(t663, t1130, t1160); // solved by the factors
-    t1162 = R::fused(-t667, t1161, t1131); // solved by the factors
-    t1163_1164 = two(tau_right_knee_pitch, tau_left_knee_pitch) + t890_891; // other
-    t1165 = t677_678.second() * t365; // other
+    t497_498 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t35_36, t475_476);
+    t499_500 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t35_36, t473_474);
+    t501_502 = R::Two::fused(both(R::constant(0.273)), t35_36, t41_42);
+    t503 = R::fused(-t4_5.second(), t6, t41_42.second()); // factors of the mass matrix
+    t504 = R::constant(1.0) / t503; // factors of the mass matrix
+    t505_506 = both(R::constant(0.63)) * t493_494; // right_lower_leg, left_lower_leg: sums of what it carries
+    t507_508 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
+    t509_510 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t495_496; // right_upper_leg, left_upper_leg
+    t511_512 = both(R::constant(0.8932)) + t493_494; // right_lower_leg, left_lower_leg: sums of what it carries
+    // right_ankle, left_ankle: sums of what it carries
+    t513_514 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t485_486;
+    t515_516 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t485_486;
+    t517_518 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t4_5, t513_514);
+    t519_520 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t4_5, t515_516);
+    t521_522 = R::Two::fused(both(R::constant(0.273)), t29_30, t4_5); // right_foot, left_foot: mass matrix
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t523_524 = t461_462 + t457_458;
+    t525_526 = R::Two::fused(-t25_26, t523_524, t491_492);
+    t527_528 = t21_22 * t523_524;
+    t529_530 = R::Two::fused(both(R::constant(-2.0)), t487_488, t527_528);
+    t531_532 = R::Two::fused(both(R::constant(-0.315)), t495_496, t525_526);
+    t533_534 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t495_496; // right_upper_leg, left_upper_leg
+    t535_536 = t457_458 - t529_530;
+    t537_538 = t461_462 - t529_530;
+    t539_540 = both(R::constant(0.23740175003)) + t535_536;
+    t541_542 = t537_538 + t505_506;
+    t543_544 = t465_466 + t505_506;
+    t545_546 = both(R::constant(0.24091175)) + t543_544;
+    t547_548 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t517_518;
+    t549_550 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t517_518;
+    t551_552 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0077805)), t519_520);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t553_554 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t511_512, t509_510);
+    t555_556 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t511_512, -t533_534);
     // right_lower_leg, left_lower_leg: mass matrix
-    t1166_1167 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t669_670;
-    t1168_1169 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t675_676, t1166_1167);
-    t1170 = R::fused(t1168_1169.second(), t1019, t1165); // other
-    t1171_1172 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t673_674;
-    t1173 = R::fused(t1171_1172.second(), t1111, t1170); // other
-    t1174_1175 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t764_765;
-    t1176_1177 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t680_681;
-    t1178_1179 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t684_685, t1176_1177);
-    t1180_1181 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1178_1179, t1174_1175);
-    t1182_1183 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1171_1172, t1180_1181);
-    t1184 = R::fused(-t1182_1183.second(), t1034, t1173); // other
-    t1185_1186 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t764_765;
-    t1187_1188 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1178_1179, t1185_1186);
-    t1189 = R::fused(t1187_1188.second(), t1050, t1184); // other
-    t1190 = R::fused(-t688, t1054, t1189); // other
-    t1191 = t1163_1164.second() - t1190; // other
-    t1192 = R::fused(t690, t1130, t1191); // solved by the factors
-    t1193 = R::fused(-t693, t1161, t1192); // solved by the factors
-    t1194 = R::fused(-t698, t1193, t1162); // solved by the factors
-    t1195_1196 = two(tau_right_hip_pitch, tau_left_hip_pitch) + t906_907; // other
-    t1197 = t704_705.second() * t365; // other
-    // right_upper_leg, left_upper_leg: mass matrix
-    t1198_1199 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t542_543;
-    t1200_1201 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t702_703, t1198_1199);
-    t1202 = R::fused(t1200_1201.second(), t1019, t1197); // other
-    t1203_1204 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t532_533;
-    t1205 = R::fused(-t1203_1204.second(), t1111, t1202); // other
-    t1206_1207 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t737_738;
-    t1208_1209 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t480_481;
-    t1210_1211 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t516_517, t1208_1209);
-    t1212_1213 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1210_1211, t1206_1207);
-    t1214_1215 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1203_1204, t1212_1213);
-    t1216 = R::fused(t1214_1215.second(), t1034, t1205); // other
-    t1217_1218 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t737_738;
-    t1219_1220 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1210_1211, t1217_1218);
-    t1221 = R::fused(-t1219_1220.second(), t1050, t1216); // other
-    t1222 = R::fused(t711, t1054, t1221); // other
-    t1223 = t1195_1196.second() + t1222; // other
-    // solved by the factors
-    t1224 = R::fused(t713, t1130, t1223);
-    t1225 = R::fused(-t716, t1161, t1224);
-    t1226 = R::fused(-t720, t1193, t1225);
-    t1227 = R::fused(t726, t1226, t1194);
-    t1228_1229 = both(R::constant(0.3067920617)) * t181_182; // right_hip_yaw_link, left_hip_yaw_link
-    t1230_1231 = t89_90 * t73_74; // right_hip_roll_link, left_hip_roll_link: motion
-    let (
-        t1232_1233, t1234_1235, t1236_1237, t1238_1239, t1240_1241, t1242, t1243_1244, t1245, t1246, t1247_1248,
-        t1249_1250, t1251_1252, t1253_1254, t1255_1256, t1257, t1258_1259, t1260_1261, t1262, t1263, t1264, t1265,
-        t1266, t1267, t1268, t1269, t1270, t1271, t1272, t1273, t1274, t1275, t1276, t1277, t1278, t1279, t1280, t1281,
-        t1282, t1283, t1284, t1285, t1286, t1287, t1288, t1289, t1290, t1291, t1292, t1293, t1294, t1295, t1296, t1297,
-        t1298, t1299, t1300, t1301, t1302, t1303, t1304, t1305, t1306, t1307, t1308, t1309, t1310, t1311, t1312, t1313,
-        t1314, t1315, t1316, t1317, t1318, t1319, t1320, t1321, t1322, t1323, t1324, t1325, t1326, t1327, t1328, t1329,
-        t1330, t1331, t1332, t1333, t1334, t1335, t1336, t1337, t1338, t1339, t1340, t1341, t1342, t1343, t1344, t1345,
-        t1346, t1347, t1348, t1349, t1350, t1351, t1352, t1353, t1354, t1355, t1356, t1357, t1358, t1359, t1360, t1361,
-        t1362, t1363, t1364, t1365, t1366, t1367, t1368, t1369, t1370, t1371, t1372, t1373, t1374, t1375, t1376, t1377,
-        t1378, t1379, t1380, t1381, t1382, t1383, t1384, t1385, t1386, t1387, t1388, t1389, t1390, t1391, t1392, t1393,
-        t1394, t1395, t1396, t1397, t1398, t1399, t1400, t1401, t1402, t1403_1404, t1405_1406, t1407_1408, t1409_1410,
-        t1411_1412, t1413_1414, t1415_1416, t1417_1418, t1419, t1420, t1421, t1422, t1423, t1424_1425, t1426_1427,
-        t1428_1429, t1430_1431, t1432, t1433, t1434, t1435, t1436, t1437, t1438, t1439, t1440, t1441_1442, t1443, t1444,
-        t1445, t1446, t1447, t1448, t1449, t1450, t1451, t1452, t1453, t1454, t1455, t1456, t1457, t1458, t1459, t1460,
-        t1461, t1462, t1463, t1464, t1465, t1466, t1467, t1468, t1469, t1470, t1471, t1472, t1473, t1474, t1475, t1476,
-        t1477, t1478, t1479, t1480, t1481, t1482, t1483, t1484, t1485, t1486, t1487, t1488, t1489, t1490, t1491, t1492,
-        t1493, t1494, t1495, t1496, t1497, t1498, t1499, t1500, t1501, t1502, t1503, t1504, t1505, t1506, t1507, t1508,
-        t1509, t1510, t1511, t1512, t1513,
-    );
-    t1232_1233 = R::Two::fused(both(R::constant(0.3067820617)), t1230_1231, t1228_1229);
-    // right_upper_leg, left_upper_leg: wrench handed to its parent
-    t1234_1235 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t980_981;
-    t1236_1237 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t996_997, t1234_1235);
-    t1238_1239 = t1232_1233 + t1236_1237;
-    t1240_1241 = two(tau_right_hip_roll, tau_left_hip_roll) + t1238_1239; // other
-    t1242 = t732_733.second() * t365; // other
-    t1243_1244 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t730_731; // right_hip_roll_link, left_hip_roll_link
-    t1245 = R::fused(-t1243_1244.second(), t1019, t1242); // other
-    t1246 = R::fused(t544_545.second(), t1111, t1245); // other
-    t1247_1248 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t777_778; // right_hip_roll_link, left_hip_roll_link
+    t557_558 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t493_494, t533_534);
+    t559_560 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t493_494, t509_510);
+    t561_562 = R::Two::fused(both(R::constant(0.315)), t493_494, t465_466);
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t1249_1250 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t737_738;
-    t1251_1252 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t745_746, t1249_1250);
-    // right_hip_roll_link, left_hip_roll_link: mass matrix
-    t1253_1254 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1251_1252, t1247_1248);
-    t1255_1256 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t544_545, t1253_1254);
-    t1257 = R::fused(-t1255_1256.second(), t1034, t1246); // other
-    t1258_1259 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t777_778;
-    t1260_1261 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1251_1252, t1258_1259);
-    t1262 = R::fused(t1260_1261.second(), t1050, t1257); // other
-    t1263 = R::fused(-t749, t1054, t1262); // other
-    t1264 = t1240_1241.second() - t1263; // other
-    // solved by the factors
-    t1265 = R::fused(-t755, t1130, t1264);
-    t1266 = R::fused(t762, t1161, t1265);
-    t1267 = R::fused(-t768, t1193, t1266);
-    t1268 = R::fused(-t773, t1226, t1267);
-    t1269 = R::fused(-t784, t1268, t1227);
-    // other
-    t1270 = R::fused(-t546_547.second(), t365, t1020);
-    t1271 = t1035 + t1270;
-    t1272 = R::fused(-t1039_1040.second(), t1050, t1271);
-    t1273 = R::fused(t787, t1054, t1272);
-    t1274 = t1010_1011.second() + t1273;
-    // solved by the factors
-    t1275 = R::fused(t789, t1130, t1274);
-    t1276 = R::fused(-t792, t1161, t1275);
-    t1277 = R::fused(-t796, t1193, t1276);
-    t1278 = R::fused(-t801, t1226, t1277);
-    t1279 = R::fused(-t807, t1268, t1278);
-    t1280 = R::fused(-t815, t1279, t1269);
-    // other
-    t1281 = t817 * t1280;
-    t1282 = cos_q_left_ankle_pitch * sin_q_left_ankle_roll;
-    t1283 = cos_q_left_knee_pitch * t1282;
-    t1284 = sin_q_left_ankle_pitch * sin_q_left_ankle_roll;
-    t1285 = R::fused(-sin_q_left_knee_pitch, t1284, t1283);
-    t1286 = cos_q_left_hip_pitch * t1285;
-    t1287 = sin_q_left_knee_pitch * t1282;
-    t1288 = R::fused(cos_q_left_knee_pitch, t1284, t1287);
-    t1289 = R::fused(-sin_q_left_hip_pitch, t1288, t1286);
-    t1290 = R::fused(cos_q_left_hip_roll, t1289, t282_283.second());
-    t1291 = cos_q_left_ankle_pitch * cos_q_left_ankle_roll;
-    t1292 = R::fused(R::constant(0.273), t1291, R::constant(0.08));
-    t1293 = cos_q_left_knee_pitch * t1291;
-    t1294 = sin_q_left_ankle_pitch * cos_q_left_ankle_roll;
-    t1295 = R::fused(-sin_q_left_knee_pitch, t1294, t1293);
-    t1296 = R::fused(R::constant(0.315), t1295, t1292);
-    t1297 = sin_q_left_hip_pitch * t1295;
-    t1298 = sin_q_left_knee_pitch * t1291;
-    t1299 = R::fused(cos_q_left_knee_pitch, t1294, t1298);
-    t1300 = R::fused(cos_q_left_hip_pitch, t1299, t1297);
-    t1301 = sin_q_left_hip_yaw * t1300;
-    t1302 = cos_q_left_hip_roll * sin_q_left_ankle_roll;
-    t1303 = cos_q_left_hip_pitch * t1295;
-    t1304 = R::fused(-sin_q_left_hip_pitch, t1299, t1303);
-    t1305 = R::fused(sin_q_left_hip_roll, t1304, t1302);
-    t1306 = R::fused(-cos_q_left_hip_yaw, t1305, t1301);
-    t1307 = R::fused(R::constant(-0.075), t1306, t1296);
-    t1308 = t1290 * t1307;
-    t1309 = R::fused(-cos_q_left_hip_roll, t1304, t260_261.second());
-    t1310 = R::constant(0.273) * t1282;
-    t1311 = R::fused(R::constant(0.315), t1285, t1310);
-    t1312 = sin_q_left_hip_pitch * t1285;
-    t1313 = R::fused(cos_q_left_hip_pitch, t1288, t1312);
-    t1314 = sin_q_left_hip_yaw * t1313;
-    t1315 = cos_q_left_hip_roll * cos_q_left_ankle_roll;
-    t1316 = R::fused(-sin_q_left_hip_roll, t1289, t1315);
-    t1317 = R::fused(cos_q_left_hip_yaw, t1316, t1314);
-    t1318 = R::fused(R::constant(-0.075), t1317, t1311);
-    t1319 = R::fused(t1309, t1318, t1308);
-    t1320 = cos_q_left_knee_pitch * sin_q_left_ankle_pitch;
-    t1321 = R::fused(sin_q_left_knee_pitch, cos_q_left_ankle_pitch, t1320);
-    t1322 = sin_q_left_hip_pitch * t1321;
-    t1323 = sin_q_left_knee_pitch * sin_q_left_ankle_pitch;
-    t1324 = R::fused(-cos_q_left_knee_pitch, cos_q_left_ankle_pitch, t1323);
-    t1325 = R::fused(cos_q_left_hip_pitch, t1324, t1322);
-    t1326 = cos_q_left_hip_yaw * t1325;
-    t1327 = cos_q_left_hip_pitch * t1321;
-    t1328 = R::fused(-sin_q_left_hip_pitch, t1324, t1327);
-    t1329 = sin_q_left_hip_roll * t1328;
-    t1330 = R::fused(sin_q_left_hip_yaw, t1329, t1326);
-    t1331 = R::fused(R::constant(-0.075), t1330, t1319);
-    t1332 = cos_q_left_ankle_roll * R::constant(0.08);
-    t1333 = R::fused(t1332, t667, t1331); // solved by the factors
-    t1334 = cos_q_left_ankle_roll * t1292;
-    t1335 = R::fused(sin_q_left_ankle_roll, t1310, t1334);
-    t1336 = R::fused(-t1332, t693, t1335); // solved by the factors
-    t1337 = R::fused(t698, t1336, t1333); // solved by the factors
-    t1338 = cos_q_left_ankle_roll * t1296;
-    t1339 = R::fused(sin_q_left_ankle_roll, t1311, t1338);
-    t1340 = R::fused(-t1332, t716, t1339); // solved by the factors
-    t1341 = R::fused(-t720, t1336, t1340); // solved by the factors
-    t1342 = R::fused(-t726, t1341, t1337); // solved by the factors
-    t1343 = t1296 * t1313;
-    t1344 = R::fused(-t1311, t1300, t1343);
-    // solved by the factors
-    t1345 = R::fused(t1332, t762, t1344);
-    t1346 = R::fused(-t768, t1336, t1345);
-    t1347 = R::fused(-t773, t1341, t1346);
-    t1348 = R::fused(t784, t1347, t1342);
-    t1349 = t1296 * t1290; // other
-    t1350 = R::fused(t1311, t1309, t1349); // other
-    t1351 = R::fused(-t1332, t792, t1350);
-    t1352 = R::fused(-t796, t1336, t1351);
-    t1353 = R::fused(-t801, t1341, t1352);
-    t1354 = R::fused(-t807, t1347, t1353);
-    t1355 = R::fused(t815, t1354, t1348);
-    // other
-    t1356 = t817 * t1355;
-    t1357 = t4 * t1330;
-    t1358 = sin_q_left_hip_yaw * t1325;
-    t1359 = R::fused(-cos_q_left_hip_yaw, t1329, t1358);
-    t1360 = R::fused(t34, t1359, t1357);
-    t1361 = cos_q_left_hip_roll * t1328;
-    t1362 = R::fused(t50, t1361, t1360);
-    t1363 = R::fused(R::constant(9.81), t1362, -t227_228.second());
-    t1364 = t1330 * t365;
-    t1365 = R::fused(t1359, t1019, t1364);
-    t1366 = R::fused(t1361, t1111, t1365);
-    t1367 = cos_q_left_hip_yaw * t1313;
-    t1368 = R::fused(-sin_q_left_hip_yaw, t1316, t1367);
-    t1369 = t1368 * t1307;
-    t1370 = cos_q_left_hip_yaw * t1300;
-    t1371 = R::fused(sin_q_left_hip_yaw, t1305, t1370);
-    t1372 = R::fused(-t1371, t1318, t1369);
-    t1373 = R::fused(-t1372, t1034, t1366);
-    t1374 = t1317 * t1307;
-    t1375 = R::fused(-t1306, t1318, t1374);
-    t1376 = R::fused(t1375, t1050, t1373);
-    t1377 = R::fused(-t1319, t1054, t1376);
-    t1378 = t1363 - t1377;
-    t1379 = t245 * t338;
-    t1380 = R::fused(t259, t335, t1379);
-    t1381 = R::constant(19.0) * t1380;
-    t1382 = R::fused(t1045, t335, t1381);
-    t1383 = R::fused(-t555, t338, t1382);
-    t1384 = t587_588.first() - t1383;
-    t1385 = t1380 * t1384;
-    t1386 = t259 * t16;
-    t1387 = R::fused(-t230, t338, t1386);
-    t1388 = R::constant(19.0) * t1387;
-    t1389 = R::fused(t1045, t16, t1388);
-    t1390 = t1014_1015.second() + t1014_1015.first(); // right_hip_yaw_link: sums of what it carries
-    t1391 = R::fused(t1390, t338, t1389);
-    t1392 = t1101_1102.first() - t1391;
-    t1393 = R::fused(t1387, t1392, t1385);
-    t1394 = t230 * t335;
-    t1395 = R::fused(t245, t16, t1394);
-    t1396 = R::constant(19.0) * t1395;
-    t1397 = R::fused(-t555, t16, t1396);
-    t1398 = R::fused(-t1390, t335, t1397);
-    t1399 = t1106_1107.first() + t1398;
-    t1400 = R::fused(-t1395, t1399, t1393);
-    t1401 = t1045 * t1387;
-    t1402 = R::fused(-t555, t1395, t1401);
-    t1403_1404 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
-    t1405_1406 = t482_483 + t522_523; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t563_564 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t13_14;
+    t565_566 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t555_556, t563_564);
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t567_568 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t551_552, t547_548);
+    t569_570 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t551_552, -t549_550);
+    // right_ankle, left_ankle: mass matrix
+    t571_572 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t519_520, t549_550);
+    t573_574 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t519_520, t547_548);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t575_576 = t531_532 * t479_480;
+    t577_578 = both(R::constant(0.3067820617)) - t545_546;
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t1407_1408 = t775_776 + t1405_1406;
-    t1409_1410 = t1403_1404 * t1407_1408;
-    t1411_1412 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
-    t1413_1414 = t1251_1252 * t1411_1412;
-    t1415_1416 = R::Two::fused(both(R::constant(2.0)), t1413_1414, t1409_1410);
-    t1417_1418 = t775_776 - t1415_1416;
-    t1419 = t1417_1418.second() - t549; // left_hip_yaw_link: sums of what it carries
-    t1420 = R::constant(1.4977057904) + t1419; // left_hip_yaw_link: sums of what it carries
-    t1421 = t1417_1418.first() + t552; // right_hip_yaw_link: sums of what it carries
-    t1422 = t1420 + t1421; // right_hip_yaw_link: sums of what it carries
-    t1423 = R::fused(t1422, t16, t1402); // other
-    t1424_1425 = t1251_1252 * t1403_1404;
-    t1426_1427 = R::Two::fused(both(R::constant(-2.0)), t1424_1425, t1251_1252);
-    t1428_1429 = R::Two::fused(t1411_1412, t1407_1408, t1426_1427);
-    t1430_1431 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1014_1015, t1428_1429);
-    t1432 = t1430_1431.second() + t1430_1431.first(); // right_hip_yaw_link: sums of what it carries
-    t1433 = R::fused(-t1432, t335, t1423); // other
-    t1434 = t1030_1031.second() + t1030_1031.first(); // right_hip_yaw_link: sums of what it carries
-    // other
-    t1435 = R::fused(t1434, t338, t1433);
-    t1436 = t1121_1122.first() + t1435;
-    t1437 = R::fused(-t16, t1436, t1400);
-    t1438 = t1045 * t1380;
-    t1439 = R::fused(-t1390, t1395, t1438);
-    t1440 = R::fused(-t1432, t16, t1439);
-    t1441_1442 = t1405_1406 - t1415_1416; // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t1443 = R::constant(1.3994107904) - t1441_1442.second(); // left_hip_yaw_link: sums of what it carries
-    t1444 = t1443 - t1441_1442.first(); // right_hip_yaw_link: sums of what it carries
-    t1445 = R::fused(t1444, t335, t1440);
-    t1446 = R::fused(-t1043, t338, t1445);
-    t1447 = t1126_1127.first() - t1446;
-    t1448 = R::fused(t335, t1447, t1437);
-    t1449 = R::fused(R::constant(-0.075), t587_588.first(), t620_621.first()); // right_foot: mass matrix
-    t1450 = t555 * t1380;
-    t1451 = R::fused(-t1390, t1387, t1450);
-    t1452 = R::fused(-t1434, t16, t1451);
-    t1453 = R::fused(t1043, t335, t1452);
-    t1454 = R::fused(-t554, t338, t1453);
-    t1455 = t1449 + t1454;
-    t1456 = R::fused(t338, t1455, t1448);
-    t1457 = t587_588.second() * t1380;
-    t1458 = R::fused(t1101_1102.second(), t1387, t1457);
-    t1459 = R::fused(-t1106_1107.second(), t1395, t1458);
-    t1460 = R::fused(-t1121_1122.second(), t16, t1459);
-    t1461 = R::fused(t1126_1127.second(), t335, t1460);
-    t1462 = R::fused(t622, t338, t1461);
-    t1463 = t1462 * R::constant(481.7535830422739); // factors of the mass matrix
-    t1464 = R::fused(t1462, t1463, t1456); // factors of the mass matrix
-    t1465 = t642_643.second() * t1380;
-    t1466 = R::fused(t1137_1138.second(), t1387, t1465);
-    t1467 = R::fused(-t1140_1141.second(), t1395, t1466);
-    t1468 = R::fused(t1151_1152.second(), t16, t1467);
-    t1469 = R::fused(-t1156_1157.second(), t335, t1468);
-    t1470 = R::fused(-t661, t338, t1469);
-    t1471 = R::fused(t1462, t663, t1470); // factors of the mass matrix
-    t1472 = t1471 * t666; // factors of the mass matrix
-    t1473 = R::fused(t1471, t1472, t1464); // factors of the mass matrix
-    t1474 = t677_678.second() * t1380;
-    t1475 = R::fused(t1168_1169.second(), t1387, t1474);
-    t1476 = R::fused(-t1171_1172.second(), t1395, t1475);
-    t1477 = R::fused(-t1182_1183.second(), t16, t1476);
-    t1478 = R::fused(t1187_1188.second(), t335, t1477);
-    t1479 = R::fused(-t688, t338, t1478);
+    t579_580 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t553_554;
+    t581_582 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t565_566, t579_580);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t583_584 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t567_568;
+    t585_586 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t567_568;
+    t587_588 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0089775)), t569_570);
+    t589_590 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t13_14; // right_foot, left_foot: mass matrix
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t591_592 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t13_14;
+    t593_594 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t555_556, t591_592);
+    // right_foot, left_foot: mass matrix
+    t595_596 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2_3;
+    t597_598 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2_3;
+    t599_600 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t9_10;
+    t601_602 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t9_10;
+    t603_604 = R::Two::fused(both(R::constant(-0.00207575)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t599_600);
+    t605_606 = R::Two::fused(both(R::constant(0.00207575)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t601_602);
+    t607_608 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), both(R::constant(0.0077805)), t605_606);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t609_610 = t541_542 + t539_540;
+    t611_612 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t587_588, -t583_584);
+    t613_614 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t569_570, t583_584);
+    t615_616 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t587_588, t585_586);
+    t617_618 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t569_570, t585_586);
+    t619 = R::constant(0.15) * t581_582.second(); // left_hip_yaw_link: sums of what it carries
+    t620 = R::constant(0.15) * t581_582.first(); // right_hip_yaw_link: sums of what it carries
+    t621 = t581_582.second() + t581_582.first(); // right_hip_yaw_link: sums of what it carries
+    t622_623 = t471_472 * t609_610;
+    t624_625 = R::Two::fused(both(R::constant(-2.0)), t575_576, t622_623);
+    t626_627 = t531_532 * t471_472;
+    t628_629 = R::Two::fused(both(R::constant(-2.0)), t626_627, t531_532);
+    t630_631 = R::Two::fused(-t479_480, t609_610, t628_629);
+    t632_633 = t539_540 - t624_625;
+    t634_635 = t541_542 - t624_625;
+    t636_637 = t611_612 * t507_508; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t638 = t621 - R::constant(1.425); // other
+    t639 = t581_582.first() - t638; // other
+    // right_foot, left_foot: mass matrix
+    t640_641 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t589_590;
+    t642_643 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t589_590;
+    t644_645 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t29_30, t640_641);
+    t646_647 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t29_30, t642_643);
+    t648_649 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t603_604;
+    t650_651 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t603_604;
+    t652_653 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t607_608, t648_649);
+    t654_655 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t607_608, t650_651);
+    t656_657 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), both(R::constant(0.0089775)), t654_655);
+    // right_ankle, left_ankle: mass matrix
+    t658_659 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t497_498;
+    t660_661 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t497_498;
+    t662_663 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t499_500, t658_659);
+    t664_665 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t499_500, t660_661);
+    t666_667 = R::Two::fused(both(R::constant(-0.315)), t499_500, t501_502);
+    t668 = R::fused(-t521_522.second(), t6, t501_502.second()); // factors of the mass matrix
+    t669_670 = t632_633 - t577_578; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    // right_foot, left_foot: mass matrix
+    t671_672 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t644_645;
+    t673_674 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t644_645;
+    t675_676 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t646_647, t671_672);
+    t677_678 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t646_647, t673_674);
+    t679_680 = R::Two::fused(both(R::constant(0.315)), t646_647, t521_522);
+    t681_682 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t677_678, t595_596);
+    t683_684 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t677_678, t597_598);
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t685_686 = t481_482 * t669_670;
+    t687_688 = R::Two::fused(both(R::constant(2.0)), t636_637, t685_686);
+    t689_690 = t611_612 * t481_482;
+    t691_692 = R::Two::fused(both(R::constant(-2.0)), t689_690, t611_612);
+    t693_694 = R::Two::fused(t507_508, t669_670, t691_692);
+    t695_696 = t632_633 - t687_688;
+    t697_698 = t577_578 + t687_688;
+    t699_700 = both(R::constant(0.3068020617)) - t695_696;
+    // right_foot, left_foot: mass matrix
+    t701_702 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t679_680;
+    t703_704 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t675_676;
+    t705_706 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t675_676;
+    t707_708 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t681_682, t703_704);
+    t709_710 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t681_682, t705_706);
+    t711_712 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t652_653;
+    t713_714 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t652_653;
+    t715_716 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t656_657, t711_712);
+    t717_718 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t656_657, t713_714);
+    t719_720 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t715_716, t701_702);
+    // right_ankle, left_ankle: mass matrix
+    t721_722 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t662_663;
+    t723_724 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t662_663;
+    t725_726 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t664_665;
+    t727_728 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t664_665;
+    t729_730 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t725_726, t721_722);
+    t731_732 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t725_726, t723_724);
+    t733_734 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t666_667;
+    t735 = R::constant(0.075) * t707_708.second(); // left_foot: mass matrix
+    t736_737 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t571_572;
+    t738_739 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t571_572;
+    t740_741 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t573_574, t736_737);
+    t742_743 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t573_574, t738_739);
+    t744_745 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t740_741, t733_734);
+    t746 = R::fused(R::constant(0.075), t581_582.first(), t699_700.first()); // right_hip_yaw_link: mass matrix
+    t747 = t699_700.second() - t619; // left_hip_yaw_link: sums of what it carries
+    t748 = R::constant(0.154455) + t747; // left_hip_yaw_link: sums of what it carries
+    t749 = t699_700.first() + t620; // right_hip_yaw_link: sums of what it carries
+    t750 = t748 + t749; // right_hip_yaw_link: sums of what it carries
+    t751 = R::constant(0.075) * t729_730.second(); // left_ankle: mass matrix
+    t752 = t719_720.second() + t735; // left_foot: mass matrix
+    t753 = t735 + t752; // other
+    // right_lower_leg, left_lower_leg: mass matrix
+    t754_755 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t557_558;
+    t756_757 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t557_558;
+    t758_759 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t559_560;
+    t760_761 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t559_560;
+    t762_763 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t758_759, t754_755);
+    t764_765 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t758_759, t756_757);
+    t766_767 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t561_562;
+    t768_769 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t613_614, t766_767);
+    t770 = t521_522.second() * R::constant(481.7535830422739); // factors of the mass matrix
+    t771 = R::fused(-t521_522.second(), t770, t465_466.second()); // factors of the mass matrix
+    t772 = t744_745.second() - t751; // left_ankle: mass matrix
+    t773 = t751 - t772; // other
     // factors of the mass matrix
-    t1480 = R::fused(t1462, t690, t1479);
-    t1481 = R::fused(-t1471, t693, t1480);
-    t1482 = t1481 * t697;
-    t1483 = R::fused(t1481, t1482, t1473);
-    // other
-    t1484 = t704_705.second() * t1380;
-    t1485 = R::fused(t1200_1201.second(), t1387, t1484);
-    t1486 = R::fused(t1203_1204.second(), t1395, t1485);
-    t1487 = R::fused(t1214_1215.second(), t16, t1486);
-    t1488 = R::fused(-t1219_1220.second(), t335, t1487);
-    t1489 = R::fused(t711, t338, t1488);
+    t774 = R::fused(t753, t6, t773);
+    t775 = t668 * t504;
+    t776 = R::fused(-t668, t775, t771);
+    t777 = R::constant(1.0) / t776;
+    t778 = R::fused(R::constant(-0.075), t621, t750); // other
+    t779 = t746 - t778; // other
+    t780 = t753 * R::constant(481.7535830422739);
+    t781 = R::constant(0.075) * t762_763.second(); // left_lower_leg: mass matrix
+    // right_upper_leg, left_upper_leg: mass matrix
+    t782_783 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t555_556;
+    t784_785 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t555_556;
+    t786_787 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t553_554;
+    t788_789 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t786_787, t782_783);
+    t790_791 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t786_787, t784_785);
+    t792_793 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t545_546;
+    t794_795 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t611_612, t792_793);
+    t796 = t768_769.second() - t781; // left_lower_leg: mass matrix
+    t797 = t781 - t796; // other
+    t798 = R::fused(t753, t770, t797); // factors of the mass matrix
+    t799 = R::fused(-t774, t775, t798); // factors of the mass matrix
+    t800 = t679_680.second() * R::constant(481.7535830422739); // factors of the mass matrix
+    t801 = R::fused(R::constant(-0.075), t639, t779); // other
     // factors of the mass matrix
-    t1490 = R::fused(-t1462, t713, t1489);
-    t1491 = R::fused(t1471, t716, t1490);
-    t1492 = R::fused(t1481, t720, t1491);
-    t1493 = t1492 * t725;
-    t1494 = R::fused(t1492, t1493, t1483);
-    // other
-    t1495 = t732_733.second() * t1380;
-    t1496 = R::fused(-t1243_1244.second(), t1387, t1495);
-    t1497 = R::fused(-t544_545.second(), t1395, t1496);
-    t1498 = R::fused(-t1255_1256.second(), t16, t1497);
-    t1499 = R::fused(t1260_1261.second(), t335, t1498);
-    t1500 = R::fused(-t749, t338, t1499);
+    t802 = R::fused(t753, t780, t801);
+    t803 = t774 * t504;
+    t804 = R::fused(t774, t803, t802);
+    t805 = R::fused(-t679_680.second(), t6, t666_667.second());
+    // right_ankle, left_ankle: mass matrix
+    t806_807 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t666_667;
+    t808_809 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t740_741, t806_807);
+    t810 = R::constant(0.075) * t788_789.second(); // left_upper_leg: mass matrix
+    t811 = R::fused(-t679_680.second(), t770, t561_562.second()); // factors of the mass matrix
+    // right_lower_leg, left_lower_leg: mass matrix
+    t812_813 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t561_562;
+    t814_815 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t613_614, t812_813);
     // factors of the mass matrix
-    t1501 = R::fused(-t1462, t755, t1500);
-    t1502 = R::fused(t1471, t762, t1501);
-    t1503 = R::fused(-t1481, t768, t1502);
-    t1504 = R::fused(t1492, t773, t1503);
-    t1505 = t1504 * t783;
-    t1506 = R::fused(t1504, t1505, t1494);
-    // other
-    t1507 = t1030_1031.second() * t16;
-    t1508 = t1014_1015.second() * t1387;
-    t1509 = R::fused(-t546_547.second(), t1380, t1508);
-    t1510 = t1507 + t1509;
-    t1511 = R::fused(-t1039_1040.second(), t335, t1510);
-    t1512 = R::fused(t787, t338, t1511);
+    t816 = R::fused(-t805, t775, t811);
+    t817 = t805 * t504;
+    t818 = R::fused(-t679_680.second(), t800, t545_546.second());
+    t819 = R::fused(-t805, t817, t818);
+    // right_upper_leg, left_upper_leg: mass matrix
+    t820_821 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t545_546;
+    t822_823 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t611_612, t820_821);
+    t824 = t794_795.second() + t810; // left_upper_leg: mass matrix
+    t825 = t810 + t824; // other
+    t826 = R::fused(-t753, t800, t825); // factors of the mass matrix
+    t827 = R::fused(t774, t817, t826); // factors of the mass matrix
+    t828_829 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t593_594; // right_hip_roll_link, left_hip_roll_link
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t830_831 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t615_616;
+    t832_833 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t630_631, t830_831);
     // factors of the mass matrix
-    t1513 = R::fused(-t1462, t789, t1512);
+    t834 = t816 * t777;
+    t835 = R::fused(-t816, t834, t819);
+    t836 = R::constant(1.0) / t835;
+    t837 = R::fused(t799, t834, t827);
+    t838 = t799 * t777;
+    t839 = R::fused(t799, t838, t804);
+    t840 = R::constant(0.075) * t828_829.second(); // left_hip_roll_link: mass matrix
+    t841 = t717_718.second() * R::constant(481.7535830422739);
+    t842 = R::fused(-t717_718.second(), t6, t742_743.second());
+    t843 = R::fused(t717_718.second(), t770, t617_618.second());
+    t844 = R::fused(t842, t775, t843);
+    t845 = R::fused(t717_718.second(), t800, t615_616.second());
     let (
-        t1514, t1515, t1516, t1517, t1518, t1519, t1520, t1521, t1522, t1523, t1524, t1525, t1526, t1527, t1528, t1529,
-        t1530, t1531, t1532, t1533, t1534, t1535, t1536, t1537, t1538, t1539, t1540, t1541, t1542, t1543, t1544, t1545,
-        t1546, t1547, t1548, t1549, t1550, t1551, t1552, t1553, t1554, t1555, t1556, t1557, t1558, t1559, t1560, t1561,
-        t1562, t1563, t1564, t1565, t1566, t1567, t1568, t1569, t1570, t1571, t1572, t1573, t1574, t1575, t1576, t1577,
-        t1578, t1579, t1580, t1581, t1582, t1583, t1584, t1585, t1586, t1587, t1588, t1589, t1590, t1591, t1592, t1593,
-        t1594, t1595, t1596, t1597, t1598, t1599, t1600, t1601, t1602, t1603, t1604, t1605, t1606, t1607, t1608, t1609,
-        t1610, t1611, t1612, t1613, t1614, t1615, t1616, t1617, t1618, t1619, t1620, t1621, t1622, t1623, t1624, t1625,
-        t1626, t1627, t1628, t1629, t1630, t1631, t1632, t1633, t1634, t1635, t1636, t1637, t1638, t1639, t1640, t1641,
-        t1642, t1643, t1644, t1645, t1646, t1647, t1648, t1649, t1650, t1651, t1652, t1653, t1654, t1655, t1656, t1657,
-        t1658, t1659, t1660, t1661, t1662, t1663, t1664, t1665, t1666, t1667, t1668, t1669, t1670, t1671, t1672, t1673,
-        t1674, t1675, t1676, t1677, t1678, t1679, t1680, t1681, t1682, t1683, t1684, t1685, t1686, t1687, t1688, t1689,
-        t1690, t1691, t1692, t1693, t1694, t1695, t1696, t1697, t1698, t1699, t1700, t1701, t1702, t1703, t1704, t1705,
-        t1706, t1707, t1708, t1709, t1710, t1711, t1712, t1713, t1714, t1715, t1716, t1717, t1718, t1719, t1720, t1721,
-        t1722, t1723, t1724, t1725, t1726, t1727, t1728, t1729, t1730, t1731, t1732, t1733, t1734, t1735, t1736, t1737,
-        t1738, t1739, t1740, t1741, t1742, t1743, t1744, t1745, t1746, t1747, t1748, t1749, t1750, t1751, t1752, t1753,
-        t1754, t1755, t1756, t1757, t1758, t1759, t1760, t1761, t1762, t1763, t1764, t1765, t1766, t1767, t1768, t1769,
+        t846, t847, t848, t849, t850, t851, t852, t853_854, t855, t856, t857, t858, t859, t860, t861, t862, t863, t864,
+        t865, t866, t867, t868, t869, t870, t871, t872, t873, t874, t875, t876, t877, t878, t879, t880, t881, t882,
+        t883, t884, t885, t886, t887, t888_889, t890_891, t892_893, t894_895, t896_897, t898_899, t900, t901, t902,
+        t903_904, t905_906, t907_908, t909_910, t911_912, t913_914, t915, t916, t917, t918, t919, t920_921, t922_923,
+        t924_925, t926_927, t928_929, t930_931, t932_933, t934_935, t936_937, t938_939, t940, t941, t942, t943,
+        t944_945, t946_947, t948_949, t950_951, t952_953, t954_955, t956_957, t958_959, t960_961, t962_963, t964_965,
+        t966_967, t968_969, t970_971, t972_973, t974_975, t976_977, t978_979, t980_981, t982_983, t984_985, t986_987,
+        t988_989, t990, t991, t992, t993_994, t995_996, t997_998, t999_1000, t1001_1002, t1003_1004, t1005_1006,
+        t1007_1008, t1009_1010, t1011_1012, t1013_1014, t1015_1016, t1017_1018, t1019_1020, t1021_1022, t1023_1024,
+        t1025_1026, t1027_1028, t1029_1030, t1031_1032, t1033_1034, t1035_1036, t1037_1038, t1039_1040, t1041, t1042,
+        t1043, t1044, t1045, t1046, t1047, t1048, t1049_1050, t1051_1052, t1053_1054, t1055_1056, t1057_1058,
+        t1059_1060, t1061_1062, t1063_1064, t1065_1066, t1067_1068, t1069_1070, t1071_1072, t1073_1074, t1075_1076,
+        t1077_1078, t1079_1080, t1081_1082, t1083_1084, t1085, t1086, t1087, t1088_1089, t1090_1091, t1092, t1093_1094,
+        t1095_1096, t1097_1098, t1099_1100, t1101_1102, t1103_1104, t1105_1106, t1107, t1108, t1109, t1110, t1111,
+        t1112, t1113_1114, t1115_1116, t1117, t1118_1119, t1120_1121, t1122, t1123, t1124, t1125, t1126, t1127, t1128,
+        t1129, t1130, t1131, t1132_1133, t1134_1135, t1136_1137, t1138_1139, t1140_1141, t1142_1143, t1144_1145,
+        t1146_1147, t1148_1149, t1150_1151, t1152_1153, t1154_1155, t1156, t1157, t1158, t1159, t1160, t1161_1162,
+        t1163_1164, t1165_1166, t1167_1168, t1169_1170, t1171_1172, t1173_1174, t1175_1176, t1177, t1178, t1179, t1180,
+        t1181, t1182, t1183, t1184_1185, t1186_1187, t1188_1189, t1190_1191, t1192_1193, t1194, t1195, t1196_1197,
+        t1198, t1199, t1200, t1201, t1202, t1203, t1204, t1205, t1206, t1207, t1208, t1209_1210, t1211_1212, t1213_1214,
+        t1215_1216, t1217, t1218_1219, t1220_1221, t1222, t1223, t1224, t1225, t1226, t1227, t1228, t1229_1230,
+        t1231_1232, t1233_1234, t1235_1236, t1237_1238, t1239,
     );
-    t1514 = R::fused(t1471, t792, t1513);
-    t1515 = R::fused(t1481, t796, t1514);
-    t1516 = R::fused(-t1492, t801, t1515);
-    t1517 = R::fused(t1504, t807, t1516);
-    t1518 = t1517 * t814;
-    t1519 = R::fused(t1517, t1518, t1506);
-    // other
-    t1520 = R::fused(t1380, t559, t1508);
-    t1521 = t1520 + t1507;
-    t1522 = R::fused(t335, t1047, t1521);
-    t1523 = R::fused(-t338, t557, t1522);
+    t846 = R::fused(t842, t817, t845);
+    t847 = R::fused(-t844, t834, t846);
+    t848 = t832_833.second() - t840; // left_hip_roll_link: mass matrix
+    t849 = t840 - t848; // other
+    t850 = R::fused(-t753, t841, t849);
+    t851 = t842 * t504;
+    t852 = R::fused(t774, t851, t850);
+    t853_854 = both(R::constant(0.3067920617)) + t634_635; // right_upper_leg, left_upper_leg: sums of what it carries
+    t855 = R::constant(0.075) * t581_582.second(); // left_hip_yaw_link: sums of what it carries
+    t856 = t719_720.second() * R::constant(481.7535830422739);
+    t857 = R::fused(-t719_720.second(), t6, t744_745.second());
+    t858 = R::fused(R::constant(0.075), t729_730.first(), t744_745.first()); // right_ankle: mass matrix
+    t859 = t844 * t777;
+    t860 = R::fused(-t799, t859, t852);
+    t861 = R::fused(-t717_718.second(), t841, t853_854.second());
+    t862 = R::fused(-t842, t851, t861);
+    t863 = R::fused(-t844, t859, t862);
+    t864 = t699_700.second() - t855; // left_hip_yaw_link: mass matrix
+    t865 = R::fused(-t719_720.second(), t856, t699_700.second());
+    t866 = t855 - t864; // other
+    t867 = R::fused(t753, t856, t866);
+    t868 = t837 * t836;
+    t869 = R::fused(t837, t868, t839);
+    t870 = t847 * t836;
+    t871 = R::fused(-t847, t870, t863);
+    t872 = R::fused(t837, t870, t860);
+    t873 = R::constant(1.0) / t871;
+    t874 = t857 * t504;
+    t875 = R::fused(-t774, t874, t867);
+    t876 = R::fused(-t857, t874, t865);
+    t877 = R::fused(-t719_720.second(), t770, t768_769.second());
+    t878 = R::fused(R::constant(0.075), t762_763.first(), t768_769.first()); // right_lower_leg: mass matrix
+    t879 = R::fused(-t857, t775, t877);
+    t880 = R::fused(-t719_720.second(), t800, t794_795.second());
+    t881 = R::fused(R::constant(-0.075), t788_789.first(), t794_795.first()); // right_upper_leg: mass matrix
+    t882 = R::fused(-t857, t817, t880);
+    t883 = R::fused(-t879, t834, t882);
+    t884 = R::fused(t719_720.second(), t841, t832_833.second());
+    t885 = R::fused(t857, t851, t884);
+    t886 = R::fused(-t879, t859, t885);
+    t887 = R::fused(-t883, t870, t886);
+    t888_889 = both(R::constant(0.3067820617)) * t146_147; // right_hip_roll_link, left_hip_roll_link
+    t890_891 = t117_118 * t124_125; // right_hip_roll_link, left_hip_roll_link: motion
+    t892_893 = R::Two::fused(both(R::constant(0.3067920617)), t890_891, t888_889);
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t894_895 = t128_129 * t124_125;
+    t896_897 = t128_129 * t117_118;
+    t898_899 = R::Two::fused(both(R::constant(0.3067820617)), t896_897, t198_199);
+    t900 = t879 * t777; // factors of the mass matrix
+    t901 = R::fused(-t799, t900, t875); // factors of the mass matrix
+    t902 = R::fused(-t879, t900, t876); // factors of the mass matrix
+    // right_upper_leg, left_upper_leg: wrench that its motion needs
+    t903_904 = both(R::constant(0.24091175)) * t146_147;
+    t905_906 = R::Two::fused(both(R::constant(0.23740175003)), t176_177, t903_904);
+    t907_908 = R::Two::fused(two(R::constant(0.8932), R::constant(-0.8932)), t214_215, t905_906);
+    // right_lower_leg, left_lower_leg: wrench that its motion needs
+    t909_910 = both(R::constant(0.06634781167)) * t146_147;
+    t911_912 = R::Two::fused(both(R::constant(0.065449478333)), t224_225, t909_910);
+    t913_914 = R::Two::fused(both(R::constant(-0.29034)), t272_273, t911_912);
     // factors of the mass matrix
-    t1524 = R::fused(-t1462, t624, t1523);
-    t1525 = R::fused(-t1471, t667, t1524);
-    t1526 = R::fused(-t1481, t698, t1525);
-    t1527 = R::fused(-t1492, t726, t1526);
-    t1528 = R::fused(-t1504, t784, t1527);
-    t1529 = R::fused(t1517, t815, t1528);
-    t1530 = t1529 * t817;
-    t1531 = R::fused(-t1529, t1530, t1519);
-    // other
-    t1532 = R::fused(-sin_q_right_hip_yaw, t1045, t732_733.first());
-    t1533 = t1380 * t1532;
-    t1534 = R::fused(-cos_q_right_hip_yaw, t1045, t1243_1244.first());
-    t1535 = R::fused(-t1387, t1534, t1533);
-    t1536 = cos_q_right_hip_yaw * R::constant(1.425);
-    t1537 = R::fused(-cos_q_right_hip_yaw, t555, t1536);
-    t1538 = R::fused(sin_q_right_hip_yaw, t1390, t1537);
-    t1539 = t544_545.first() - t1538;
-    t1540 = R::fused(-t1395, t1539, t1535);
-    t1541 = R::constant(0.075) * cos_q_right_hip_yaw;
-    t1542 = t555 * t1541;
-    t1543 = R::fused(-cos_q_right_hip_yaw, t1422, t1542);
-    t1544 = R::fused(-sin_q_right_hip_yaw, t1432, t1543);
-    t1545 = t1255_1256.first() + t1544;
-    t1546 = R::fused(-t16, t1545, t1540);
-    t1547 = t1390 * t1541;
-    t1548 = R::fused(cos_q_right_hip_yaw, t1432, t1547);
-    t1549 = R::fused(sin_q_right_hip_yaw, t1444, t1548);
-    t1550 = t1260_1261.first() - t1549;
-    t1551 = R::fused(t335, t1550, t1546);
-    t1552 = R::fused(R::constant(0.075), t732_733.first(), t747_748.first()); // right_hip_roll_link: mass matrix
-    t1553 = cos_q_right_hip_yaw * t1434;
-    t1554 = R::fused(sin_q_right_hip_yaw, t1043, t1553);
-    t1555 = t1552 - t1554;
-    t1556 = R::fused(-t338, t1555, t1551);
-    t1557 = t1106_1107.second() * t1541;
-    t1558 = R::fused(cos_q_right_hip_yaw, t1121_1122.second(), t1557);
-    t1559 = R::fused(sin_q_right_hip_yaw, t1126_1127.second(), t1558);
-    t1560 = t1559 * R::constant(481.7535830422739); // factors of the mass matrix
-    t1561 = R::fused(t1462, t1560, t1556); // factors of the mass matrix
-    t1562 = t1140_1141.second() * t1541;
-    t1563 = R::fused(-cos_q_right_hip_yaw, t1151_1152.second(), t1562);
-    t1564 = R::fused(-sin_q_right_hip_yaw, t1156_1157.second(), t1563);
-    t1565 = R::fused(t1559, t663, t1564); // factors of the mass matrix
-    t1566 = t1565 * t666; // factors of the mass matrix
-    t1567 = R::fused(t1471, t1566, t1561); // factors of the mass matrix
-    t1568 = t1171_1172.second() * t1541;
-    t1569 = R::fused(cos_q_right_hip_yaw, t1182_1183.second(), t1568);
-    t1570 = R::fused(sin_q_right_hip_yaw, t1187_1188.second(), t1569);
+    t915 = t872 * t873;
+    t916 = R::fused(t872, t915, t869);
+    t917 = t883 * t836;
+    t918 = R::fused(t837, t917, t901);
+    t919 = R::fused(-t883, t917, t902);
+    t920_921 = both(R::constant(0.00383375)) * t146_147; // right_ankle, left_ankle: wrench that its motion needs
+    // right_ankle, left_ankle: motion
+    t922_923 = t230_231 * t286_287;
+    t924_925 = t286_287 * t188_189;
+    t926_927 = R::Two::fused(both(R::constant(-0.00382375)), t922_923, t920_921); // right_ankle, left_ankle
+    t928_929 = t146_147 - t922_923;
+    t930_931 = R::Two::fused(both(R::constant(0.0171)), t316_317, t926_927); // right_ankle, left_ankle
+    // right_foot, left_foot: wrench that its motion needs
+    t932_933 = both(R::constant(0.00092625)) * t296_297;
+    t934_935 = R::Two::fused(both(R::constant(0.00207575)), t327_328, t932_933);
+    t936_937 = R::Two::fused(both(R::constant(0.000855)), t352_353, t934_935);
+    t938_939 = R::Two::fused(both(R::constant(-0.0285)), t314_315, t936_937);
     // factors of the mass matrix
-    t1571 = R::fused(t1559, t690, t1570);
-    t1572 = R::fused(-t1565, t693, t1571);
-    t1573 = t1572 * t697;
-    t1574 = R::fused(t1481, t1573, t1567);
-    t1575 = t1203_1204.second() * t1541; // other
-    t1576 = R::fused(cos_q_right_hip_yaw, t1214_1215.second(), t1575); // other
-    t1577 = R::fused(sin_q_right_hip_yaw, t1219_1220.second(), t1576); // other
-    t1578 = R::fused(t1559, t713, t1577);
-    t1579 = R::fused(-t1565, t716, t1578);
-    t1580 = R::fused(-t1572, t720, t1579);
-    t1581 = t1580 * t725;
-    t1582 = R::fused(-t1492, t1581, t1574);
-    t1583 = t544_545.second() * t1541; // other
-    t1584 = R::fused(cos_q_right_hip_yaw, t1255_1256.second(), t1583); // other
-    t1585 = R::fused(sin_q_right_hip_yaw, t1260_1261.second(), t1584); // other
-    t1586 = R::fused(-t1559, t755, t1585);
-    t1587 = R::fused(t1565, t762, t1586);
-    t1588 = R::fused(-t1572, t768, t1587);
-    t1589 = R::fused(-t1580, t773, t1588);
-    t1590 = t1589 * t783;
-    t1591 = R::fused(t1504, t1590, t1582);
-    t1592 = cos_q_right_hip_yaw * t1030_1031.second(); // other
-    t1593 = R::fused(sin_q_right_hip_yaw, t1039_1040.second(), t1592); // other
-    t1594 = R::fused(t1559, t789, t1593);
-    t1595 = R::fused(-t1565, t792, t1594);
-    t1596 = R::fused(-t1572, t796, t1595);
-    t1597 = R::fused(-t1580, t801, t1596);
-    t1598 = R::fused(-t1589, t807, t1597);
-    t1599 = t1598 * t814;
-    t1600 = R::fused(-t1517, t1599, t1591);
-    t1601 = R::fused(-sin_q_right_hip_yaw, t1047, t1592); // other
-    t1602 = R::fused(t1559, t624, t1601);
-    t1603 = R::fused(t1565, t667, t1602);
-    t1604 = R::fused(t1572, t698, t1603);
-    t1605 = R::fused(-t1580, t726, t1604);
-    t1606 = R::fused(t1589, t784, t1605);
-    t1607 = R::fused(t1598, t815, t1606);
-    t1608 = t1607 * t817;
-    t1609 = R::fused(t1529, t1608, t1600);
-    t1610 = t1541 * t1539; // other
-    t1611 = R::fused(cos_q_right_hip_yaw, t1545, t1610); // other
-    t1612 = R::fused(sin_q_right_hip_yaw, t1550, t1611); // other
-    t1613 = R::fused(t1559, t1560, t1612);
-    t1614 = R::fused(t1565, t1566, t1613);
-    t1615 = R::fused(t1572, t1573, t1614);
-    t1616 = R::fused(t1580, t1581, t1615);
-    t1617 = R::fused(t1589, t1590, t1616);
-    t1618 = R::fused(t1598, t1599, t1617);
-    t1619 = R::fused(-t1607, t1608, t1618);
-    t1620 = R::constant(1.0) / t1619;
-    t1621 = t1609 * t1620;
-    t1622 = R::fused(-t1609, t1621, t1531);
+    t940 = t887 * t873;
+    t941 = R::fused(-t872, t940, t918);
+    t942 = R::fused(-t887, t940, t919);
+    t943 = R::constant(1.0) / t942;
+    // right_foot, left_foot: wrench handed to its parent
+    t944_945 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t438_439;
+    t946_947 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t438_439;
+    t948_949 = R::Two::fused(-two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t422_423, t944_945);
+    t950_951 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t422_423, t946_947);
+    t952_953 = R::Two::fused(both(R::constant(0.0171)), t928_929, -t948_949);
+    // right_ankle, left_ankle: motion
+    t954_955 = t188_189 * t188_189;
+    t956_957 = t230_231 * t188_189;
+    t958_959 = R::Two::fused(t230_231, t230_231, t954_955);
+    t960_961 = both(R::constant(0.0171)) * t958_959; // right_ankle, left_ankle: wrench that its motion needs
+    t962_963 = R::Two::fused(both(R::constant(-0.0285)), t354_355, t960_961); // right_foot, left_foot
+    t964_965 = both(R::constant(0.00382375)) * t292_293; // right_ankle, left_ankle: wrench that its motion needs
+    t966_967 = t292_293 + t924_925;
+    t968_969 = R::Two::fused(both(R::constant(0.00383375)), t924_925, t964_965); // right_ankle, left_ankle
+    t970_971 = R::Two::fused(both(R::constant(0.0171)), t966_967, -t950_951); // right_foot, left_foot
+    t972_973 = R::Two::fused(both(R::constant(-0.0171)), t377_378, t968_969); // right_ankle, left_ankle
+    t974_975 = R::Two::fused(both(R::constant(0.29034)), t371_372, -t970_971); // right_ankle, left_ankle
+    t976_977 = R::Two::fused(both(R::constant(0.8932)), t256_257, t974_975); // right_lower_leg, left_lower_leg
+    // right_foot, left_foot: wrench that its motion needs
+    t978_979 = both(R::constant(0.00207575)) * t400_401;
+    t980_981 = R::Two::fused(both(R::constant(-0.00092625)), t329_330, t978_979);
+    t982_983 = R::Two::fused(both(R::constant(-0.000855)), t379_380, t980_981);
+    t984_985 = R::Two::fused(both(R::constant(0.0285)), t404_405, t982_983);
+    t986_987 = R::Two::fused(t956_957, both(R::constant(0.00001)), -t984_985); // right_foot, left_foot
+    t988_989 = two(tau_right_ankle_roll, tau_left_ankle_roll) + t984_985; // other
+    t990 = t941 * t943; // factors of the mass matrix
+    t991 = R::fused(t941, t990, t916); // factors of the mass matrix
+    t992 = R::constant(1.0) / t991; // factors of the mass matrix
+    // right_foot, left_foot: wrench handed to its parent
+    t993_994 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t938_939;
+    t995_996 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t938_939;
+    t997_998 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t436_437, t993_994);
+    t999_1000 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t436_437, t995_996);
+    t1001_1002 = t930_931 + t997_998;
+    t1003_1004 = t972_973 - t999_1000;
+    t1005_1006 = t913_914 + t1001_1002; // right_ankle, left_ankle: wrench handed to its parent
+    t1007_1008 = two(tau_right_ankle_pitch, tau_left_ankle_pitch) + t1001_1002; // other
+    // right_ankle, left_ankle: wrench handed to its parent
+    t1009_1010 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t952_953;
+    t1011_1012 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t952_953;
+    t1013_1014 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t962_963, t1009_1010);
+    t1015_1016 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t962_963, t1011_1012);
+    t1017_1018 = R::Two::fused(both(R::constant(0.29034)), t222_223, t1015_1016);
+    t1019_1020 = R::Two::fused(both(R::constant(0.29034)), t246_247, t1013_1014);
+    t1021_1022 = R::Two::fused(both(R::constant(0.273)), t1013_1014, t1005_1006);
+    t1023_1024 = t907_908 + t1021_1022; // right_lower_leg, left_lower_leg: wrench handed to its parent
+    t1025_1026 = two(tau_right_knee_pitch, tau_left_knee_pitch) + t1021_1022; // other
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t1027_1028 = t98_99 * t86_87;
+    t1029_1030 = t86_87 * t94_95;
+    t1031_1032 = t98_99 * t94_95;
+    t1033_1034 = R::Two::fused(both(R::constant(-0.3068020617)), t1029_1030, t198_199);
+    t1035_1036 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t553_554; // right_hip_yaw_link, left_hip_yaw_link
+    t1037_1038 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t553_554; // right_upper_leg, left_upper_leg
+    t1039_1040 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t565_566, t1035_1036);
     // other
-    t1623 = t1045 * t246;
-    t1624 = R::fused(sin_q_right_hip_roll, R::constant(1.425), -t1623);
-    t1625 = sin_q_right_hip_roll * t555;
-    t1626 = t1624 - t1625;
-    t1627 = t704_705.first() - t1626;
-    t1628 = t1380 * t1627;
-    t1629 = t1045 * t231;
-    t1630 = sin_q_right_hip_roll * t1390;
-    t1631 = t1629 - t1630;
-    t1632 = t1200_1201.first() + t1631;
-    t1633 = R::fused(t1387, t1632, t1628);
-    t1634 = t555 * t231;
-    t1635 = R::fused(t231, R::constant(1.425), -t1634);
-    t1636 = t1390 * t246;
-    t1637 = t1635 - t1636;
-    t1638 = t1203_1204.first() + t1637;
-    t1639 = R::fused(t1395, t1638, t1633);
-    t1640 = t1422 * t231;
-    t1641 = R::constant(0.075) * t231;
-    t1642 = R::fused(t555, t1641, -t1640);
-    t1643 = t1432 * t246;
-    t1644 = t1642 + t1643;
-    t1645 = sin_q_right_hip_roll * t1434;
-    t1646 = t1644 + t1645;
-    t1647 = t1214_1215.first() - t1646;
-    t1648 = R::fused(t16, t1647, t1639);
-    t1649 = R::constant(0.075) * sin_q_right_hip_roll;
-    t1650 = t1045 * t1649;
-    t1651 = R::fused(t1390, t1641, t1650);
-    t1652 = t1432 * t231;
-    t1653 = t1651 + t1652;
-    t1654 = t1444 * t246;
-    t1655 = t1653 - t1654;
-    t1656 = sin_q_right_hip_roll * t1043;
-    t1657 = t1655 - t1656;
-    t1658 = t1219_1220.first() + t1657;
-    t1659 = R::fused(-t335, t1658, t1648);
-    t1660 = R::fused(R::constant(-0.075), t704_705.first(), t709_710.first()); // right_upper_leg: mass matrix
-    t1661 = t1434 * t231;
-    t1662 = R::fused(t555, t1649, t1661);
-    t1663 = t1043 * t246;
-    t1664 = t1662 - t1663;
-    t1665 = sin_q_right_hip_roll * t554;
-    t1666 = t1664 - t1665;
-    t1667 = t1660 + t1666;
-    t1668 = R::fused(t338, t1667, t1659);
-    t1669 = t587_588.second() * t1649;
-    t1670 = R::fused(t1106_1107.second(), t1641, t1669);
-    t1671 = t1121_1122.second() * t231;
-    t1672 = t1670 + t1671;
-    t1673 = t1126_1127.second() * t246;
-    t1674 = t1672 - t1673;
-    t1675 = sin_q_right_hip_roll * t622;
-    t1676 = t1674 + t1675;
-    t1677 = t1676 * R::constant(481.7535830422739); // factors of the mass matrix
-    t1678 = R::fused(t1462, t1677, t1668); // factors of the mass matrix
-    t1679 = t642_643.second() * t1649;
-    t1680 = R::fused(t1140_1141.second(), t1641, t1679);
-    t1681 = t1151_1152.second() * t231;
-    t1682 = t1680 - t1681;
-    t1683 = t1156_1157.second() * t246;
-    t1684 = t1682 + t1683;
-    t1685 = sin_q_right_hip_roll * t661;
-    t1686 = t1684 - t1685;
-    t1687 = R::fused(t1676, t663, t1686); // factors of the mass matrix
-    t1688 = t1687 * t666; // factors of the mass matrix
-    t1689 = R::fused(t1471, t1688, t1678); // factors of the mass matrix
-    t1690 = t677_678.second() * t1649;
-    t1691 = R::fused(t1171_1172.second(), t1641, t1690);
-    t1692 = t1182_1183.second() * t231;
-    t1693 = t1691 + t1692;
-    t1694 = t1187_1188.second() * t246;
-    t1695 = t1693 - t1694;
-    t1696 = sin_q_right_hip_roll * t688;
-    t1697 = t1695 - t1696;
-    // factors of the mass matrix
-    t1698 = R::fused(t1676, t690, t1697);
-    t1699 = R::fused(-t1687, t693, t1698);
-    t1700 = t1699 * t697;
-    t1701 = R::fused(t1481, t1700, t1689);
-    // other
-    t1702 = t704_705.second() * t1649;
-    t1703 = R::fused(-t1203_1204.second(), t1641, t1702);
-    t1704 = t1214_1215.second() * t231;
-    t1705 = t1703 - t1704;
-    t1706 = t1219_1220.second() * t246;
-    t1707 = t1705 + t1706;
-    t1708 = sin_q_right_hip_roll * t711;
-    t1709 = t1707 + t1708;
-    // factors of the mass matrix
-    t1710 = R::fused(-t1676, t713, t1709);
-    t1711 = R::fused(t1687, t716, t1710);
-    t1712 = R::fused(t1699, t720, t1711);
-    t1713 = t1712 * t725;
-    t1714 = R::fused(t1492, t1713, t1701);
-    // other
-    t1715 = t732_733.second() * t1649;
-    t1716 = R::fused(t544_545.second(), t1641, t1715);
-    t1717 = t1255_1256.second() * t231;
-    t1718 = t1716 + t1717;
-    t1719 = t1260_1261.second() * t246;
-    t1720 = t1718 - t1719;
-    t1721 = sin_q_right_hip_roll * t749;
-    t1722 = t1720 - t1721;
-    // factors of the mass matrix
-    t1723 = R::fused(-t1676, t755, t1722);
-    t1724 = R::fused(t1687, t762, t1723);
-    t1725 = R::fused(-t1699, t768, t1724);
-    t1726 = R::fused(t1712, t773, t1725);
-    t1727 = t1726 * t783;
-    t1728 = R::fused(t1504, t1727, t1714);
-    // other
-    t1729 = t1030_1031.second() * t231;
-    t1730 = R::fused(t546_547.second(), t1649, t1729);
-    t1731 = t1039_1040.second() * t246;
-    t1732 = t1730 - t1731;
-    t1733 = sin_q_right_hip_roll * t787;
-    t1734 = t1732 - t1733;
-    // factors of the mass matrix
-    t1735 = R::fused(t1676, t789, t1734);
-    t1736 = R::fused(-t1687, t792, t1735);
-    t1737 = R::fused(-t1699, t796, t1736);
-    t1738 = R::fused(t1712, t801, t1737);
-    t1739 = R::fused(-t1726, t807, t1738);
-    t1740 = t1739 * t814;
-    t1741 = R::fused(-t1517, t1740, t1728);
-    // other
-    t1742 = R::fused(t1649, t559, -t1729);
-    t1743 = t246 * t1047;
-    t1744 = t1742 - t1743;
-    t1745 = sin_q_right_hip_roll * t557;
-    t1746 = t1744 - t1745;
-    // factors of the mass matrix
-    t1747 = R::fused(-t1676, t624, t1746);
-    t1748 = R::fused(-t1687, t667, t1747);
-    t1749 = R::fused(-t1699, t698, t1748);
-    t1750 = R::fused(-t1712, t726, t1749);
-    t1751 = R::fused(-t1726, t784, t1750);
-    t1752 = R::fused(-t1739, t815, t1751);
-    t1753 = t1752 * t817;
-    t1754 = R::fused(-t1529, t1753, t1741);
-    // other
-    t1755 = t1649 * t1532;
-    t1756 = R::fused(t1641, t1539, t1755);
-    t1757 = t231 * t1545;
-    t1758 = t1756 + t1757;
-    t1759 = t246 * t1550;
-    t1760 = t1758 - t1759;
-    t1761 = sin_q_right_hip_roll * t1555;
-    t1762 = t1760 - t1761;
-    // factors of the mass matrix
-    t1763 = R::fused(t1676, t1560, t1762);
-    t1764 = R::fused(t1687, t1566, t1763);
-    t1765 = R::fused(t1699, t1573, t1764);
-    t1766 = R::fused(-t1712, t1581, t1765);
-    t1767 = R::fused(t1726, t1590, t1766);
-    t1768 = R::fused(t1739, t1599, t1767);
-    t1769 = R::fused(t1752, t1608, t1768);
-    let (
-        t1770, t1771, t1772, t1773, t1774, t1775, t1776, t1777, t1778, t1779, t1780, t1781, t1782, t1783, t1784, t1785,
-        t1786, t1787, t1788, t1789, t1790, t1791, t1792, t1793, t1794, t1795, t1796, t1797, t1798, t1799, t1800, t1801,
-        t1802, t1803, t1804, t1805, t1806, t1807, t1808, t1809, t1810, t1811, t1812, t1813, t1814, t1815, t1816, t1817,
-        t1818, t1819, t1820, t1821, t1822, t1823, t1824, t1825, t1826, t1827, t1828, t1829, t1830, t1831, t1832, t1833,
-        t1834, t1835, t1836, t1837, t1838, t1839, t1840, t1841, t1842, t1843, t1844, t1845, t1846, t1847, t1848, t1849,
-        t1850, t1851, t1852, t1853, t1854, t1855, t1856, t1857, t1858, t1859, t1860, t1861, t1862, t1863, t1864, t1865,
-        t1866, t1867, t1868, t1869, t1870, t1871, t1872, t1873, t1874, t1875, t1876, t1877, t1878, t1879, t1880, t1881,
-        t1882, t1883, t1884, t1885, t1886, t1887, t1888, t1889, t1890, t1891, t1892, t1893, t1894, t1895, t1896, t1897,
-        t1898, t1899, t1900, t1901, t1902, t1903, t1904, t1905, t1906, t1907, t1908, t1909, t1910, t1911, t1912, t1913,
-        t1914, t1915, t1916, t1917, t1918, t1919, t1920, t1921, t1922, t1923, t1924, t1925, t1926, t1927, t1928, t1929,
-        t1930, t1931, t1932, t1933, t1934, t1935, t1936, t1937, t1938, t1939, t1940, t1941, t1942, t1943, t1944, t1945,
-        t1946, t1947, t1948, t1949, t1950, t1951, t1952, t1953, t1954, t1955, t1956, t1957, t1958, t1959, t1960, t1961,
-        t1962, t1963, t1964, t1965, t1966, t1967, t1968, t1969, t1970, t1971, t1972, t1973, t1974, t1975, t1976, t1977,
-        t1978, t1979, t1980, t1981, t1982, t1983, t1984, t1985, t1986, t1987, t1988, t1989, t1990, t1991, t1992, t1993,
-        t1994, t1995, t1996, t1997, t1998, t1999, t2000, t2001, t2002, t2003, t2004, t2005, t2006, t2007, t2008, t2009,
-        t2010, t2011, t2012, t2013, t2014, t2015, t2016, t2017, t2018, t2019, t2020, t2021, t2022, t2023, t2024, t2025,
-    );
-    t1770 = t1769 * t1620;
-    t1771 = R::fused(-t1609, t1770, t1754);
-    // other
-    t1772 = t1649 * t1627;
-    t1773 = R::fused(-t1641, t1638, t1772);
-    t1774 = t231 * t1647;
-    t1775 = t1773 - t1774;
-    t1776 = t246 * t1658;
-    t1777 = t1775 + t1776;
-    t1778 = sin_q_right_hip_roll * t1667;
-    t1779 = t1777 + t1778;
-    // factors of the mass matrix
-    t1780 = R::fused(t1676, t1677, t1779);
-    t1781 = R::fused(t1687, t1688, t1780);
-    t1782 = R::fused(t1699, t1700, t1781);
-    t1783 = R::fused(t1712, t1713, t1782);
-    t1784 = R::fused(t1726, t1727, t1783);
-    t1785 = R::fused(t1739, t1740, t1784);
-    t1786 = R::fused(-t1752, t1753, t1785);
-    t1787 = R::fused(-t1769, t1770, t1786);
-    t1788 = R::constant(1.0) / t1787;
-    t1789 = t1771 * t1788;
-    t1790 = R::fused(-t1771, t1789, t1622);
-    // other
-    t1791 = sin_q_right_hip_roll * t240;
-    t1792 = R::fused(-t246, t255, t1791);
-    t1793 = R::fused(R::constant(-19.0), t1792, t1623);
-    t1794 = t1625 + t1793;
-    t1795 = t677_678.first() - t1794;
-    t1796 = t1380 * t1795;
-    t1797 = t231 * t255;
-    t1798 = R::fused(sin_q_right_hip_roll, t229, t1797);
-    t1799 = R::fused(R::constant(19.0), t1798, t1629);
-    t1800 = t1630 - t1799;
-    t1801 = t1168_1169.first() + t1800;
-    t1802 = R::fused(t1387, t1801, t1796);
-    t1803 = t246 * t229;
-    t1804 = R::fused(t231, t240, t1803);
-    t1805 = R::fused(R::constant(-19.0), t1804, t1634);
-    t1806 = t1636 + t1805;
-    t1807 = t1171_1172.first() - t1806;
-    t1808 = R::fused(-t1395, t1807, t1802);
-    t1809 = t1045 * t1798;
-    t1810 = R::fused(-t555, t1804, t1809);
-    t1811 = t1640 + t1810;
-    t1812 = t1643 - t1811;
-    t1813 = t1645 + t1812;
-    t1814 = t1182_1183.first() - t1813;
-    t1815 = R::fused(-t16, t1814, t1808);
-    t1816 = t1045 * t1792;
-    t1817 = R::fused(t1390, t1804, t1816);
-    t1818 = t1652 + t1817;
-    t1819 = t1654 - t1818;
-    t1820 = t1656 + t1819;
-    t1821 = t1187_1188.first() - t1820;
-    t1822 = R::fused(t335, t1821, t1815);
-    t1823 = R::fused(R::constant(0.075), t677_678.first(), t686_687.first()); // right_lower_leg: mass matrix
-    t1824 = t555 * t1792;
-    t1825 = R::fused(t1390, t1798, t1824);
-    t1826 = t1661 + t1825;
-    t1827 = t1663 - t1826;
-    t1828 = t1665 + t1827;
-    t1829 = t1823 - t1828;
-    t1830 = R::fused(-t338, t1829, t1822);
-    t1831 = t587_588.second() * t1792;
-    t1832 = R::fused(-t1101_1102.second(), t1798, t1831);
-    t1833 = R::fused(t1106_1107.second(), t1804, t1832);
-    t1834 = t1671 + t1833;
-    t1835 = t1673 - t1834;
-    t1836 = t1675 - t1835;
-    t1837 = t1836 * R::constant(481.7535830422739); // factors of the mass matrix
-    t1838 = R::fused(-t1462, t1837, t1830); // factors of the mass matrix
-    t1839 = t642_643.second() * t1792;
-    t1840 = R::fused(-t1137_1138.second(), t1798, t1839);
-    t1841 = R::fused(t1140_1141.second(), t1804, t1840);
-    t1842 = t1681 - t1841;
-    t1843 = t1683 - t1842;
-    t1844 = t1685 - t1843;
-    t1845 = R::fused(-t1836, t663, t1844); // factors of the mass matrix
-    t1846 = t1845 * t666; // factors of the mass matrix
-    t1847 = R::fused(t1471, t1846, t1838); // factors of the mass matrix
-    t1848 = t677_678.second() * t1792;
-    t1849 = R::fused(-t1168_1169.second(), t1798, t1848);
-    t1850 = R::fused(t1171_1172.second(), t1804, t1849);
-    t1851 = t1692 + t1850;
-    t1852 = t1694 - t1851;
-    t1853 = t1696 + t1852;
-    // factors of the mass matrix
-    t1854 = R::fused(-t1836, t690, t1853);
-    t1855 = R::fused(-t1845, t693, t1854);
-    t1856 = t1855 * t697;
-    t1857 = R::fused(t1481, t1856, t1847);
-    // other
-    t1858 = t704_705.second() * t1792;
-    t1859 = R::fused(-t1200_1201.second(), t1798, t1858);
-    t1860 = R::fused(-t1203_1204.second(), t1804, t1859);
-    t1861 = t1704 - t1860;
-    t1862 = t1706 - t1861;
-    t1863 = t1708 + t1862;
-    // factors of the mass matrix
-    t1864 = R::fused(-t1836, t713, t1863);
-    t1865 = R::fused(-t1845, t716, t1864);
-    t1866 = R::fused(-t1855, t720, t1865);
-    t1867 = t1866 * t725;
-    t1868 = R::fused(-t1492, t1867, t1857);
-    // other
-    t1869 = t732_733.second() * t1792;
-    t1870 = R::fused(t1243_1244.second(), t1798, t1869);
-    t1871 = R::fused(t544_545.second(), t1804, t1870);
-    t1872 = t1717 + t1871;
-    t1873 = t1719 - t1872;
-    t1874 = t1721 + t1873;
-    // factors of the mass matrix
-    t1875 = R::fused(t1836, t755, t1874);
-    t1876 = R::fused(t1845, t762, t1875);
-    t1877 = R::fused(-t1855, t768, t1876);
-    t1878 = R::fused(-t1866, t773, t1877);
-    t1879 = t1878 * t783;
-    t1880 = R::fused(t1504, t1879, t1868);
-    // other
-    t1881 = t1014_1015.second() * t1798;
-    t1882 = R::fused(t546_547.second(), t1792, t1881);
-    t1883 = t1729 + t1882;
-    t1884 = t1731 - t1883;
-    t1885 = t1733 + t1884;
-    // factors of the mass matrix
-    t1886 = R::fused(-t1836, t789, t1885);
-    t1887 = R::fused(-t1845, t792, t1886);
-    t1888 = R::fused(-t1855, t796, t1887);
-    t1889 = R::fused(-t1866, t801, t1888);
-    t1890 = R::fused(-t1878, t807, t1889);
-    t1891 = t1890 * t814;
-    t1892 = R::fused(-t1517, t1891, t1880);
-    // other
-    t1893 = R::fused(t1792, t559, -t1881);
-    t1894 = t1729 - t1893;
-    t1895 = t1743 + t1894;
-    t1896 = t1745 + t1895;
-    // factors of the mass matrix
-    t1897 = R::fused(t1836, t624, t1896);
-    t1898 = R::fused(-t1845, t667, t1897);
-    t1899 = R::fused(-t1855, t698, t1898);
-    t1900 = R::fused(t1866, t726, t1899);
-    t1901 = R::fused(-t1878, t784, t1900);
-    t1902 = R::fused(-t1890, t815, t1901);
-    t1903 = t1902 * t817;
-    t1904 = R::fused(-t1529, t1903, t1892);
-    // other
-    t1905 = t1792 * t1532;
-    t1906 = R::fused(t1798, t1534, t1905);
-    t1907 = R::fused(t1804, t1539, t1906);
-    t1908 = t1757 + t1907;
-    t1909 = t1759 - t1908;
-    t1910 = t1761 + t1909;
-    // factors of the mass matrix
-    t1911 = R::fused(-t1836, t1560, t1910);
-    t1912 = R::fused(t1845, t1566, t1911);
-    t1913 = R::fused(t1855, t1573, t1912);
-    t1914 = R::fused(t1866, t1581, t1913);
-    t1915 = R::fused(t1878, t1590, t1914);
-    t1916 = R::fused(t1890, t1599, t1915);
-    t1917 = R::fused(t1902, t1608, t1916);
-    t1918 = t1917 * t1620;
-    t1919 = R::fused(-t1609, t1918, t1904);
-    // other
-    t1920 = t1792 * t1627;
-    t1921 = R::fused(-t1798, t1632, t1920);
-    t1922 = R::fused(-t1804, t1638, t1921);
-    t1923 = t1774 - t1922;
-    t1924 = t1776 - t1923;
-    t1925 = t1778 + t1924;
-    // factors of the mass matrix
-    t1926 = R::fused(t1836, t1677, t1925);
-    t1927 = R::fused(-t1845, t1688, t1926);
-    t1928 = R::fused(-t1855, t1700, t1927);
-    t1929 = R::fused(t1866, t1713, t1928);
-    t1930 = R::fused(-t1878, t1727, t1929);
-    t1931 = R::fused(-t1890, t1740, t1930);
-    t1932 = R::fused(t1902, t1753, t1931);
-    t1933 = R::fused(t1917, t1770, t1932);
-    t1934 = t1933 * t1788;
-    t1935 = R::fused(t1771, t1934, t1919);
-    // other
-    t1936 = t1792 * t1795;
-    t1937 = R::fused(-t1798, t1801, t1936);
-    t1938 = R::fused(t1804, t1807, t1937);
-    t1939 = t231 * t1814;
-    t1940 = t1938 + t1939;
-    t1941 = t246 * t1821;
-    t1942 = t1940 - t1941;
-    t1943 = sin_q_right_hip_roll * t1829;
-    t1944 = t1942 - t1943;
-    // factors of the mass matrix
-    t1945 = R::fused(-t1836, t1837, t1944);
-    t1946 = R::fused(-t1845, t1846, t1945);
-    t1947 = R::fused(-t1855, t1856, t1946);
-    t1948 = R::fused(-t1866, t1867, t1947);
-    t1949 = R::fused(-t1878, t1879, t1948);
-    t1950 = R::fused(-t1890, t1891, t1949);
-    t1951 = R::fused(t1902, t1903, t1950);
-    t1952 = R::fused(t1917, t1918, t1951);
-    t1953 = R::fused(t1933, t1934, t1952);
-    t1954 = R::constant(1.0) / t1953;
-    t1955 = t1935 * t1954;
-    t1956 = R::fused(t1935, t1955, t1790);
-    // other
-    t1957 = sin_q_right_hip_roll * t245;
-    t1958 = R::fused(-t246, t259, t1957);
-    t1959 = R::fused(R::constant(-19.0), t1958, t1623);
-    t1960 = t1625 + t1959;
-    t1961 = t642_643.first() - t1960;
-    t1962 = t1380 * t1961;
-    t1963 = t231 * t259;
-    t1964 = R::fused(sin_q_right_hip_roll, t230, t1963);
-    t1965 = R::fused(R::constant(19.0), t1964, t1629);
-    t1966 = t1630 - t1965;
-    t1967 = t1137_1138.first() + t1966;
-    t1968 = R::fused(t1387, t1967, t1962);
-    t1969 = t246 * t230;
-    t1970 = R::fused(t231, t245, t1969);
-    t1971 = R::fused(R::constant(-19.0), t1970, t1634);
-    t1972 = t1636 + t1971;
-    t1973 = t1140_1141.first() - t1972;
-    t1974 = R::fused(-t1395, t1973, t1968);
-    t1975 = t1045 * t1964;
-    t1976 = R::fused(-t555, t1970, t1975);
-    t1977 = t1640 + t1976;
-    t1978 = t1643 - t1977;
-    t1979 = t1645 + t1978;
-    t1980 = t1151_1152.first() + t1979;
-    t1981 = R::fused(t16, t1980, t1974);
-    t1982 = t1045 * t1958;
-    t1983 = R::fused(t1390, t1970, t1982);
-    t1984 = t1652 + t1983;
-    t1985 = t1654 - t1984;
-    t1986 = t1656 + t1985;
-    t1987 = t1156_1157.first() + t1986;
-    t1988 = R::fused(-t335, t1987, t1981);
-    t1989 = R::fused(R::constant(0.075), t642_643.first(), t659_660.first()); // right_ankle: mass matrix
-    t1990 = t555 * t1958;
-    t1991 = R::fused(t1390, t1964, t1990);
-    t1992 = t1661 + t1991;
-    t1993 = t1663 - t1992;
-    t1994 = t1665 + t1993;
-    t1995 = t1989 - t1994;
-    t1996 = R::fused(-t338, t1995, t1988);
-    t1997 = t587_588.second() * t1958;
-    t1998 = R::fused(-t1101_1102.second(), t1964, t1997);
-    t1999 = R::fused(t1106_1107.second(), t1970, t1998);
-    t2000 = t1671 + t1999;
-    t2001 = t1673 - t2000;
-    t2002 = t1675 - t2001;
-    t2003 = t2002 * R::constant(481.7535830422739); // factors of the mass matrix
-    t2004 = R::fused(-t1462, t2003, t1996); // factors of the mass matrix
-    t2005 = t642_643.second() * t1958;
-    t2006 = R::fused(-t1137_1138.second(), t1964, t2005);
-    t2007 = R::fused(t1140_1141.second(), t1970, t2006);
-    t2008 = t1681 - t2007;
-    t2009 = t1683 - t2008;
-    t2010 = t1685 - t2009;
-    t2011 = R::fused(-t2002, t663, t2010); // factors of the mass matrix
-    t2012 = t2011 * t666; // factors of the mass matrix
-    t2013 = R::fused(t1471, t2012, t2004); // factors of the mass matrix
-    t2014 = t677_678.second() * t1958;
-    t2015 = R::fused(-t1168_1169.second(), t1964, t2014);
-    t2016 = R::fused(t1171_1172.second(), t1970, t2015);
-    t2017 = t1692 + t2016;
-    t2018 = t1694 - t2017;
-    t2019 = t1696 + t2018;
-    // factors of the mass matrix
-    t2020 = R::fused(-t2002, t690, t2019);
-    t2021 = R::fused(-t2011, t693, t2020);
-    t2022 = t2021 * t697;
-    t2023 = R::fused(t1481, t2022, t2013);
-    // other
-    t2024 = t704_705.second() * t1958;
-    t2025 = R::fused(-t1200_1201.second(), t1964, t2024);
-    let (
-        t2026, t2027, t2028, t2029, t2030, t2031, t2032, t2033, t2034, t2035, t2036, t2037, t2038, t2039, t2040, t2041,
-        t2042, t2043, t2044, t2045, t2046, t2047, t2048, t2049, t2050, t2051, t2052, t2053, t2054, t2055, t2056, t2057,
-        t2058, t2059, t2060, t2061, t2062, t2063, t2064, t2065, t2066, t2067, t2068, t2069, t2070, t2071, t2072, t2073,
-        t2074, t2075, t2076, t2077, t2078, t2079, t2080, t2081, t2082, t2083, t2084, t2085, t2086, t2087, t2088, t2089,
-        t2090, t2091, t2092, t2093, t2094, t2095, t2096, t2097, t2098, t2099, t2100, t2101, t2102, t2103, t2104, t2105,
-        t2106, t2107, t2108, t2109, t2110, t2111, t2112, t2113, t2114, t2115, t2116, t2117, t2118, t2119, t2120, t2121,
-        t2122, t2123, t2124, t2125, t2126, t2127, t2128, t2129, t2130, t2131, t2132, t2133, t2134, t2135, t2136, t2137,
-        t2138, t2139, t2140, t2141, t2142, t2143, t2144, t2145, t2146, t2147, t2148, t2149, t2150, t2151, t2152, t2153,
-        t2154, t2155, t2156, t2157, t2158, t2159, t2160, t2161, t2162, t2163, t2164, t2165, t2166, t2167, t2168, t2169,
-        t2170, t2171, t2172, t2173, t2174, t2175, t2176, t2177, t2178, t2179, t2180, t2181, t2182, t2183, t2184, t2185,
-        t2186, t2187, t2188, t2189, t2190, t2191, t2192, t2193, t2194, t2195, t2196, t2197, t2198, t2199, t2200, t2201,
-        t2202, t2203, t2204, t2205, t2206, t2207, t2208, t2209, t2210, t2211, t2212, t2213, t2214, t2215, t2216, t2217,
-        t2218, t2219_2220, t2221_2222, t2223, t2224, t2225, t2226, t2227_2228, t2229_2230, t2231, t2232, t2233, t2234,
-        t2235, t2236, t2237, t2238, t2239, t2240_2241, t2242_2243, t2244_2245, t2246_2247, t2248_2249, t2250_2251,
-        t2252_2253, t2254_2255, t2256_2257, t2258, t2259, t2260, t2261, t2262, t2263, t2264, t2265, t2266_2267,
-        t2268_2269, t2270, t2271, t2272, t2273, t2274, t2275, t2276, t2277, t2278, t2279, t2280, t2281, t2282, t2283,
-        t2284, t2285, t2286, t2287, t2288, t2289, t2290, t2291, t2292, t2293, t2294, t2295, t2296,
-    );
-    t2026 = R::fused(-t1203_1204.second(), t1970, t2025);
-    t2027 = t1704 - t2026;
-    t2028 = t1706 - t2027;
-    t2029 = t1708 + t2028;
-    // factors of the mass matrix
-    t2030 = R::fused(-t2002, t713, t2029);
-    t2031 = R::fused(-t2011, t716, t2030);
-    t2032 = R::fused(-t2021, t720, t2031);
-    t2033 = t2032 * t725;
-    t2034 = R::fused(-t1492, t2033, t2023);
-    // other
-    t2035 = t732_733.second() * t1958;
-    t2036 = R::fused(t1243_1244.second(), t1964, t2035);
-    t2037 = R::fused(t544_545.second(), t1970, t2036);
-    t2038 = t1717 + t2037;
-    t2039 = t1719 - t2038;
-    t2040 = t1721 + t2039;
-    // factors of the mass matrix
-    t2041 = R::fused(t2002, t755, t2040);
-    t2042 = R::fused(t2011, t762, t2041);
-    t2043 = R::fused(-t2021, t768, t2042);
-    t2044 = R::fused(-t2032, t773, t2043);
-    t2045 = t2044 * t783;
-    t2046 = R::fused(t1504, t2045, t2034);
-    // other
-    t2047 = t1014_1015.second() * t1964;
-    t2048 = R::fused(t546_547.second(), t1958, t2047);
-    t2049 = t1729 + t2048;
-    t2050 = t1731 - t2049;
-    t2051 = t1733 + t2050;
-    // factors of the mass matrix
-    t2052 = R::fused(-t2002, t789, t2051);
-    t2053 = R::fused(-t2011, t792, t2052);
-    t2054 = R::fused(-t2021, t796, t2053);
-    t2055 = R::fused(-t2032, t801, t2054);
-    t2056 = R::fused(-t2044, t807, t2055);
-    t2057 = t2056 * t814;
-    t2058 = R::fused(-t1517, t2057, t2046);
-    // other
-    t2059 = R::fused(t1958, t559, -t2047);
-    t2060 = t1729 - t2059;
-    t2061 = t1743 + t2060;
-    t2062 = t1745 + t2061;
-    // factors of the mass matrix
-    t2063 = R::fused(t2002, t624, t2062);
-    t2064 = R::fused(-t2011, t667, t2063);
-    t2065 = R::fused(-t2021, t698, t2064);
-    t2066 = R::fused(t2032, t726, t2065);
-    t2067 = R::fused(-t2044, t784, t2066);
-    t2068 = R::fused(-t2056, t815, t2067);
-    t2069 = t2068 * t817;
-    t2070 = R::fused(-t1529, t2069, t2058);
-    // other
-    t2071 = t1958 * t1532;
-    t2072 = R::fused(t1964, t1534, t2071);
-    t2073 = R::fused(t1970, t1539, t2072);
-    t2074 = t1757 + t2073;
-    t2075 = t1759 - t2074;
-    t2076 = t1761 + t2075;
-    // factors of the mass matrix
-    t2077 = R::fused(-t2002, t1560, t2076);
-    t2078 = R::fused(t2011, t1566, t2077);
-    t2079 = R::fused(t2021, t1573, t2078);
-    t2080 = R::fused(t2032, t1581, t2079);
-    t2081 = R::fused(t2044, t1590, t2080);
-    t2082 = R::fused(t2056, t1599, t2081);
-    t2083 = R::fused(t2068, t1608, t2082);
-    t2084 = t2083 * t1620;
-    t2085 = R::fused(-t1609, t2084, t2070);
-    // other
-    t2086 = t1958 * t1627;
-    t2087 = R::fused(-t1964, t1632, t2086);
-    t2088 = R::fused(-t1970, t1638, t2087);
-    t2089 = t1774 - t2088;
-    t2090 = t1776 - t2089;
-    t2091 = t1778 + t2090;
-    // factors of the mass matrix
-    t2092 = R::fused(t2002, t1677, t2091);
-    t2093 = R::fused(-t2011, t1688, t2092);
-    t2094 = R::fused(-t2021, t1700, t2093);
-    t2095 = R::fused(t2032, t1713, t2094);
-    t2096 = R::fused(-t2044, t1727, t2095);
-    t2097 = R::fused(-t2056, t1740, t2096);
-    t2098 = R::fused(t2068, t1753, t2097);
-    t2099 = R::fused(t2083, t1770, t2098);
-    t2100 = t2099 * t1788;
-    t2101 = R::fused(t1771, t2100, t2085);
-    // other
-    t2102 = t1958 * t1795;
-    t2103 = R::fused(-t1964, t1801, t2102);
-    t2104 = R::fused(t1970, t1807, t2103);
-    t2105 = t1939 + t2104;
-    t2106 = t1941 - t2105;
-    t2107 = t1943 + t2106;
-    // factors of the mass matrix
-    t2108 = R::fused(t2002, t1837, t2107);
-    t2109 = R::fused(t2011, t1846, t2108);
-    t2110 = R::fused(t2021, t1856, t2109);
-    t2111 = R::fused(t2032, t1867, t2110);
-    t2112 = R::fused(t2044, t1879, t2111);
-    t2113 = R::fused(t2056, t1891, t2112);
-    t2114 = R::fused(-t2068, t1903, t2113);
-    t2115 = R::fused(-t2083, t1918, t2114);
-    t2116 = R::fused(-t2099, t1934, t2115);
-    t2117 = t2116 * t1954;
-    t2118 = R::fused(t1935, t2117, t2101);
-    // other
-    t2119 = t1958 * t1961;
-    t2120 = R::fused(-t1964, t1967, t2119);
-    t2121 = R::fused(t1970, t1973, t2120);
-    t2122 = R::fused(-t231, t1980, t2121);
-    t2123 = R::fused(t246, t1987, t2122);
-    t2124 = R::fused(-sin_q_right_hip_roll, t1995, t2123);
-    // factors of the mass matrix
-    t2125 = R::fused(-t2002, t2003, t2124);
-    t2126 = R::fused(-t2011, t2012, t2125);
-    t2127 = R::fused(-t2021, t2022, t2126);
-    t2128 = R::fused(-t2032, t2033, t2127);
-    t2129 = R::fused(-t2044, t2045, t2128);
-    t2130 = R::fused(-t2056, t2057, t2129);
-    t2131 = R::fused(t2068, t2069, t2130);
-    t2132 = R::fused(t2083, t2084, t2131);
-    t2133 = R::fused(t2099, t2100, t2132);
-    t2134 = R::fused(-t2116, t2117, t2133);
-    t2135 = R::constant(1.0) / t2134;
-    t2136 = t2118 * t2135;
-    t2137 = R::fused(t2118, t2136, t1956);
-    t2138 = R::constant(1.0) / t2137;
-    // other
-    t2139 = t1330 * t1380;
-    t2140 = R::fused(t1359, t1387, t2139);
-    t2141 = R::fused(-t1361, t1395, t2140);
-    t2142 = R::fused(-t1372, t16, t2141);
-    t2143 = R::fused(t1375, t335, t2142);
-    t2144 = R::fused(-t1319, t338, t2143);
-    // solved by the factors
-    t2145 = R::fused(-t1332, t1472, t2144);
-    t2146 = R::fused(-t1482, t1336, t2145);
-    t2147 = R::fused(t1493, t1341, t2146);
-    t2148 = R::fused(-t1505, t1347, t2147);
-    t2149 = R::fused(t1518, t1354, t2148);
-    t2150 = R::fused(-t1530, t1355, t2149);
-    t2151 = t1361 * t1541; // other
-    t2152 = R::fused(cos_q_right_hip_yaw, t1372, t2151); // other
-    t2153 = R::fused(sin_q_right_hip_yaw, t1375, t2152); // other
-    t2154 = R::fused(-t1332, t1566, t2153);
-    t2155 = R::fused(-t1573, t1336, t2154);
-    t2156 = R::fused(-t1581, t1341, t2155);
-    t2157 = R::fused(-t1590, t1347, t2156);
-    t2158 = R::fused(-t1599, t1354, t2157);
-    t2159 = R::fused(t1608, t1355, t2158);
-    t2160 = R::fused(-t1621, t2159, t2150);
-    // other
-    t2161 = t1330 * t1649;
-    t2162 = R::fused(t1361, t1641, t2161);
-    t2163 = t1372 * t231;
-    t2164 = t2162 + t2163;
-    t2165 = t1375 * t246;
-    t2166 = t2164 - t2165;
-    t2167 = sin_q_right_hip_roll * t1319;
-    t2168 = t2166 - t2167;
-    // solved by the factors
-    t2169 = R::fused(-t1332, t1688, t2168);
-    t2170 = R::fused(-t1700, t1336, t2169);
-    t2171 = R::fused(t1713, t1341, t2170);
-    t2172 = R::fused(-t1727, t1347, t2171);
-    t2173 = R::fused(-t1740, t1354, t2172);
-    t2174 = R::fused(-t1753, t1355, t2173);
-    t2175 = R::fused(-t1770, t2159, t2174);
-    t2176 = R::fused(-t1789, t2175, t2160);
-    // other
-    t2177 = t1330 * t1792;
-    t2178 = R::fused(-t1359, t1798, t2177);
-    t2179 = R::fused(t1361, t1804, t2178);
-    t2180 = t2163 + t2179;
-    t2181 = t2165 - t2180;
-    t2182 = t2167 + t2181;
-    // solved by the factors
-    t2183 = R::fused(-t1332, t1846, t2182);
-    t2184 = R::fused(-t1856, t1336, t2183);
-    t2185 = R::fused(-t1867, t1341, t2184);
-    t2186 = R::fused(-t1879, t1347, t2185);
-    t2187 = R::fused(-t1891, t1354, t2186);
-    t2188 = R::fused(-t1903, t1355, t2187);
-    t2189 = R::fused(-t1918, t2159, t2188);
-    t2190 = R::fused(t1934, t2175, t2189);
-    t2191 = R::fused(t1955, t2190, t2176);
-    // other
-    t2192 = t1330 * t1958;
-    t2193 = R::fused(-t1359, t1964, t2192);
-    t2194 = R::fused(t1361, t1970, t2193);
-    t2195 = t2163 + t2194;
-    t2196 = t2165 - t2195;
-    t2197 = t2167 + t2196;
-    // solved by the factors
-    t2198 = R::fused(-t1332, t2012, t2197);
-    t2199 = R::fused(-t2022, t1336, t2198);
-    t2200 = R::fused(-t2033, t1341, t2199);
-    t2201 = R::fused(-t2045, t1347, t2200);
-    t2202 = R::fused(-t2057, t1354, t2201);
-    t2203 = R::fused(-t2069, t1355, t2202);
-    t2204 = R::fused(-t2084, t2159, t2203);
-    t2205 = R::fused(t2100, t2175, t2204);
-    t2206 = R::fused(t2117, t2190, t2205);
-    t2207 = R::fused(t2136, t2206, t2191);
-    // other
-    t2208 = t2138 * t2207;
-    t2209 = t1384 * t365;
-    t2210 = R::fused(t1392, t1019, t2209);
-    t2211 = R::fused(t1399, t1111, t2210);
-    t2212 = R::fused(-t1436, t1034, t2211);
-    t2213 = R::fused(t1447, t1050, t2212);
-    t2214 = R::fused(t1455, t1054, t2213);
-    t2215 = t1096_1097.first() - t2214;
-    t2216 = t1093 * t1380;
-    t2217 = R::constant(2.444) * t43; // torso: wrench that its motion needs
-    t2218 = R::fused(R::constant(19.0), t36, t2217); // torso: wrench that its motion needs
-    // right_hip_yaw_link, left_hip_yaw_link: wrench handed to its parent
-    t2219_2220 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1068_1069;
-    t2221_2222 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1080_1081, t2219_2220);
-    t2223 = t2218 + t2221_2222.second(); // left_hip_yaw_link: wrench handed to its parent
-    t2224 = t2223 + t2221_2222.first(); // right_hip_yaw_link: wrench handed to its parent
-    t2225 = tau_base_linear_y - t2224; // other
-    t2226 = R::fused(t2225, t1387, t2216); // other
+    t1041 = t335 * t427;
+    t1042 = t364 * t427;
+    t1043 = R::fused(t368, t442, t1041);
+    t1044 = R::fused(-t384, t442, t1042);
+    t1045 = R::fused(t336, t431, t1043);
+    t1046 = R::fused(-t383, t431, t1044);
+    t1047 = t107 + t1045;
+    t1048 = t119 - t1046;
+    // right_ankle, left_ankle: wrench handed to its parent
+    t1049_1050 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t1003_1004;
+    t1051_1052 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t1003_1004;
+    t1053_1054 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t986_987, t1049_1050);
+    t1055_1056 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t986_987, t1051_1052);
+    t1057_1058 = t398_399 - t1053_1054;
+    t1059_1060 = t375_376 + t1055_1056;
+    t1061_1062 = R::Two::fused(both(R::constant(0.273)), t970_971, t1059_1060);
+    // right_lower_leg, left_lower_leg: wrench handed to its parent
+    t1063_1064 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t1017_1018;
+    t1065_1066 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t1017_1018;
+    t1067_1068 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t1019_1020, t1063_1064);
+    t1069_1070 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t1019_1020, t1065_1066);
+    t1071_1072 = R::Two::fused(both(R::constant(0.8932)), t172_173, t1069_1070);
+    t1073_1074 = R::Two::fused(both(R::constant(0.315)), t1067_1068, t1023_1024);
+    t1075_1076 = R::Two::fused(both(R::constant(0.8932)), t218_219, t1067_1068);
+    t1077_1078 = t892_893 - t1073_1074; // right_upper_leg, left_upper_leg: wrench handed to its parent
+    t1079_1080 = two(tau_right_hip_pitch, tau_left_hip_pitch) + t1073_1074; // other
+    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
+    t1081_1082 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t832_833;
+    t1083_1084 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t693_694, t1081_1082);
+    t1085 = t400_401.first() * t89; // other
+    t1086 = R::fused(t296_297.first(), t366, t1085); // other
+    t1087 = R::fused(t344_345.first(), t157, t1086); // other
+    t1088_1089 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t832_833;
+    t1090_1091 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t693_694, t1088_1089);
+    t1092 = R::fused(R::constant(0.075), t828_829.first(), t832_833.first()); // right_hip_roll_link: mass matrix
+    // right_lower_leg, left_lower_leg: wrench handed to its parent
+    t1093_1094 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t1057_1058;
+    t1095_1096 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t1057_1058;
+    t1097_1098 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t1061_1062, t1093_1094);
+    t1099_1100 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t1061_1062, t1095_1096);
+    t1101_1102 = t252_253 + t1097_1098;
+    t1103_1104 = t260_261 - t1099_1100;
+    t1105_1106 = R::Two::fused(both(R::constant(-0.315)), t974_975, t1103_1104);
+    t1107 = t1039_1040.second() * t1047; // other
+    t1108 = R::constant(2.444) + t593_594.second(); // left_hip_yaw_link: sums of what it carries
+    t1109 = t593_594.first() + t1108; // right_hip_yaw_link: sums of what it carries
+    t1110 = t400_401.first() * t335; // other
+    t1111 = R::fused(t296_297.first(), t368, t1110); // other
+    t1112 = R::fused(t344_345.first(), t336, t1111); // other
+    t1113_1114 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t593_594, t1090_1091);
+    t1115_1116 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t593_594; // right_hip_roll_link, left_hip_roll_link
+    t1117 = t1113_1114.second() + t1113_1114.first(); // right_hip_yaw_link: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: wrench handed to its parent
-    t2227_2228 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1072_1073;
-    t2229_2230 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1078_1079, t2227_2228);
-    t2231 = R::fused(v_base_angular_y, v_base_angular_y, t26); // torso: motion
-    t2232 = R::constant(2.444) * t2231; // torso: wrench that its motion needs
-    t2233 = R::fused(R::constant(-19.0), t52, t2232); // torso: wrench that its motion needs
-    t2234 = t2233 + t2229_2230.second(); // left_hip_yaw_link: wrench handed to its parent
-    t2235 = t2229_2230.first() + t2234; // right_hip_yaw_link: wrench handed to its parent
-    t2236 = tau_base_linear_z + t2235; // other
-    t2237 = R::fused(-t2236, t1395, t2226); // other
-    t2238 = t43 * R::constant(1.2449557904); // torso: wrench that its motion needs
-    t2239 = R::fused(R::constant(2.444), t36, t2238); // torso: wrench that its motion needs
-    t2240_2241 = t67_68 * t71_72; // right_hip_yaw_link, left_hip_yaw_link: motion
-    t2242_2243 = R::Two::fused(both(R::constant(-0.3068020617)), t2240_2241, t1228_1229);
-    t2244_2245 = t2242_2243 - t1238_1239;
-    t2246_2247 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2244_2245; // right_hip_yaw_link, left_hip_yaw_link
-    t2248_2249 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t908_909;
-    t2250_2251 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1002_1003, t2248_2249);
-    t2252_2253 = t79_80 * t71_72; // right_hip_yaw_link, left_hip_yaw_link: motion
-    t2254_2255 = R::Two::fused(t2252_2253, both(R::constant(0.6135941234)), -t2250_2251);
-    t2256_2257 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2254_2255, t2246_2247);
-    t2258 = t2239 - t2256_2257.second(); // left_hip_yaw_link: wrench handed to its parent
-    t2259 = R::fused(R::constant(0.075), t2229_2230.second(), t2258); // left_hip_yaw_link: wrench handed to its parent
-    t2260 = t2259 - t2256_2257.first(); // right_hip_yaw_link: wrench handed to its parent
-    t2261 = R::fused(R::constant(-0.075), t2229_2230.first(), t2260); // right_hip_yaw_link: wrench handed to its parent
-    t2262 = tau_base_angular_x + t2261; // other
-    t2263 = R::fused(-t2262, t16, t2237); // other
-    t2264 = t1088 * R::constant(1.3432507904); // torso: wrench that its motion needs
-    t2265 = R::fused(R::constant(2.444), t21, t2264); // torso: wrench that its motion needs
+    t1118_1119 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1077_1078;
+    t1120_1121 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1077_1078;
+    // other
+    t1122 = R::fused(t639, t470, t1107);
+    t1123 = R::fused(-t581_582.second(), t470, t1107);
+    t1124 = t1083_1084.second() * t1087;
+    t1125 = t1122 + t1124;
+    t1126 = t1124 + t1123;
+    t1127 = R::fused(-t1090_1091.second(), t1112, t1126);
+    t1128 = t400_401.first() * t364;
+    t1129 = R::fused(-t296_297.first(), t384, t1128);
+    t1130 = R::fused(-t344_345.first(), t383, t1129);
+    t1131 = R::fused(t864, t1130, t1127);
+    // right_upper_leg, left_upper_leg: wrench handed to its parent
+    t1132_1133 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t1101_1102;
+    t1134_1135 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t1101_1102;
+    t1136_1137 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1105_1106, t1132_1133);
+    t1138_1139 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1105_1106, t1134_1135);
+    t1140_1141 = R::Two::fused(t894_895, both(R::constant(0.6135741234)), -t1136_1137);
+    t1142_1143 = t898_899 + t1138_1139;
+    // right_hip_roll_link, left_hip_roll_link: wrench handed to its parent
+    t1144_1145 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1140_1141, t1118_1119);
+    t1146_1147 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1140_1141, t1120_1121);
+    t1148_1149 = R::Two::fused(both(R::constant(0.3067920617)), t1027_1028, -t1144_1145);
+    t1150_1151 = R::Two::fused(t1031_1032, both(R::constant(0.6135941234)), -t1146_1147);
+    t1152_1153 = t1033_1034 - t1142_1143;
+    t1154_1155 = two(tau_right_hip_roll, tau_left_hip_roll) + t1142_1143; // other
+    t1156 = R::fused(t46, R::constant(0.098295), t1148_1149.second()); // left_hip_yaw_link: wrench handed to its parent
+    // other
+    t1157 = R::fused(R::constant(-0.075), t1109, t1117);
+    t1158 = t1090_1091.first() - t1157;
+    t1159 = R::fused(t1158, t1112, t1125);
+    t1160 = R::fused(-t779, t1130, t1159);
+    // right_upper_leg, left_upper_leg: wrench handed to its parent
+    t1161_1162 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t1071_1072;
+    t1163_1164 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t1071_1072;
+    t1165_1166 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1075_1076, t1161_1162);
+    t1167_1168 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1075_1076, t1163_1164);
+    // right_hip_roll_link, left_hip_roll_link: wrench handed to its parent
+    t1169_1170 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t976_977;
+    t1171_1172 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t976_977;
+    t1173_1174 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1167_1168, t1169_1170);
+    t1175_1176 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1167_1168, t1171_1172);
+    t1177 = t123 + t1175_1176.second(); // left_hip_yaw_link: wrench handed to its parent
+    t1178 = t1175_1176.first() + t1177; // right_hip_yaw_link: wrench handed to its parent
+    t1179 = tau_base_linear_z + t1178; // other
+    t1180 = v_base_angular_x * v_base_angular_z; // torso: motion
+    t1181 = t707_708.second() * t470; // other
+    t1182 = R::fused(t709_710.second(), t1047, t1181); // other
+    t1183 = R::fused(t683_684.second(), t1048, t1182); // other
+    t1184_1185 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t717_718; // right_foot, left_foot: mass matrix
     // right_hip_yaw_link, left_hip_yaw_link: wrench handed to its parent
-    t2266_2267 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2244_2245;
-    t2268_2269 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t2254_2255, t2266_2267);
-    t2270 = t2265 + t2268_2269.second(); // left_hip_yaw_link: wrench handed to its parent
-    t2271 = t2270 + t2268_2269.first(); // right_hip_yaw_link: wrench handed to its parent
+    t1186_1187 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1165_1166;
+    t1188_1189 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1165_1166;
+    t1190_1191 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1173_1174, t1186_1187);
+    t1192_1193 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1173_1174, t1188_1189);
+    t1194 = R::fused(R::constant(0.075), t1190_1191.second(), t1156); // left_hip_yaw_link: wrench handed to its parent
+    t1195 = t1148_1149.first() + t1194; // right_hip_yaw_link: wrench handed to its parent
     // other
-    t2272 = tau_base_angular_y - t2271;
-    t2273 = R::fused(t2272, t335, t2263);
-    t2274 = R::fused(-t1087, t338, t2273);
-    t2275 = t2215 - t2274;
-    // solved by the factors
-    t2276 = R::fused(t1463, t1130, t2275);
-    t2277 = R::fused(t1472, t1161, t2276);
-    t2278 = R::fused(t1482, t1193, t2277);
-    t2279 = R::fused(-t1493, t1226, t2278);
-    t2280 = R::fused(t1505, t1268, t2279);
-    t2281 = R::fused(-t1518, t1279, t2280);
-    t2282 = R::fused(-t1530, t1280, t2281);
+    t1196_1197 = two(tau_right_hip_yaw, tau_left_hip_yaw) + t1148_1149;
+    t1198 = t1196_1197.first() - t1160;
+    t1199 = t1196_1197.second() + t1131;
+    t1200 = R::fused(R::constant(-0.075), t1190_1191.first(), t1195); // right_hip_yaw_link: wrench handed to its parent
+    t1201 = tau_base_angular_z + t1200;
+    // torso: wrench that its motion needs
+    t1202 = R::constant(2.444) * t1180;
+    t1203 = t1180 * R::constant(1.3432507904);
+    t1204 = R::fused(R::constant(19.0), t73, t1202);
+    t1205 = R::fused(R::constant(2.444), t73, t1203);
+    t1206 = t1204 + t1190_1191.second(); // left_hip_yaw_link: wrench handed to its parent
+    t1207 = t1206 + t1190_1191.first(); // right_hip_yaw_link: wrench handed to its parent
+    t1208 = tau_base_linear_x - t1207; // other
+    // right_foot, left_foot: mass matrix
+    t1209_1210 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t679_680;
+    t1211_1212 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t715_716, t1209_1210);
+    t1213_1214 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1211_1212, t1184_1185);
+    t1215_1216 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t683_684, t1213_1214);
+    t1217 = R::fused(-t1215_1216.second(), t1087, t1183); // other
+    t1218_1219 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t717_718;
+    t1220_1221 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1211_1212, t1218_1219);
+    t1222 = R::fused(t1220_1221.second(), t1112, t1217); // other
+    t1223 = R::fused(t752, t1130, t1222); // other
+    t1224 = t988_989.second() - t1223; // other
+    t1225 = R::fused(t856, t1224, t1199); // solved by the factors
+    t1226 = t729_730.second() * t470; // other
+    t1227 = R::fused(t731_732.second(), t1047, t1226); // other
+    t1228 = R::fused(t727_728.second(), t1048, t1227); // other
+    // right_ankle, left_ankle: mass matrix
+    t1229_1230 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t742_743;
+    t1231_1232 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t742_743;
+    t1233_1234 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t808_809, t1229_1230);
+    t1235_1236 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t808_809, t1231_1232);
+    t1237_1238 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t727_728, t1233_1234);
     // other
-    t2283 = t1532 * t365;
-    t2284 = R::fused(-t1534, t1019, t2283);
-    t2285 = R::fused(t1539, t1111, t2284);
-    t2286 = R::fused(-t1545, t1034, t2285);
-    t2287 = R::fused(t1550, t1050, t2286);
-    t2288 = R::fused(-t1555, t1054, t2287);
-    t2289 = t1240_1241.first() - t2288;
-    t2290 = t2236 * t1541;
-    t2291 = R::fused(cos_q_right_hip_yaw, t2262, t2290);
-    t2292 = R::fused(sin_q_right_hip_yaw, t2272, t2291);
-    t2293 = t2289 - t2292;
+    t1239 = R::fused(t1237_1238.second(), t1087, t1228);
+    let (
+        t1240, t1241, t1242, t1243, t1244, t1245, t1246, t1247, t1248_1249, t1250_1251, t1252_1253, t1254_1255,
+        t1256_1257, t1258, t1259, t1260, t1261, t1262, t1263, t1264, t1265, t1266, t1267, t1268, t1269, t1270, t1271,
+        t1272, t1273_1274, t1275_1276, t1277_1278, t1279, t1280_1281, t1282_1283, t1284_1285, t1286_1287, t1288, t1289,
+        t1290, t1291, t1292, t1293, t1294, t1295, t1296, t1297, t1298, t1299_1300, t1301_1302, t1303_1304, t1305_1306,
+        t1307_1308, t1309, t1310, t1311, t1312, t1313, t1314, t1315, t1316, t1317, t1318, t1319, t1320, t1321, t1322,
+        t1323, t1324, t1325, t1326, t1327, t1328, t1329, t1330, t1331, t1332, t1333, t1334, t1335, t1336, t1337, t1338,
+        t1339, t1340, t1341, t1342, t1343, t1344, t1345, t1346, t1347, t1348, t1349, t1350, t1351, t1352, t1353, t1354,
+        t1355, t1356, t1357, t1358, t1359, t1360, t1361, t1362, t1363, t1364, t1365, t1366, t1367, t1368, t1369, t1370,
+        t1371, t1372, t1373, t1374, t1375, t1376, t1377, t1378, t1379, t1380, t1381, t1382, t1383, t1384, t1385, t1386,
+        t1387, t1388, t1389, t1390, t1391, t1392, t1393, t1394, t1395, t1396, t1397, t1398, t1399, t1400, t1401, t1402,
+        t1403, t1404, t1405, t1406, t1407, t1408, t1409, t1410, t1411, t1412, t1413, t1414, t1415, t1416, t1417, t1418,
+        t1419, t1420, t1421, t1422, t1423, t1424, t1425, t1426, t1427, t1428_1429, t1430_1431, t1432_1433, t1434, t1435,
+        t1436, t1437, t1438_1439, t1440_1441, t1442_1443, t1444_1445, t1446_1447, t1448_1449, t1450_1451, t1452_1453,
+        t1454_1455, t1456, t1457, t1458, t1459, t1460, t1461, t1462, t1463, t1464, t1465, t1466, t1467, t1468, t1469,
+        t1470, t1471, t1472, t1473, t1474, t1475, t1476, t1477, t1478, t1479, t1480, t1481, t1482, t1483, t1484, t1485,
+        t1486, t1487, t1488, t1489, t1490, t1491, t1492, t1493, t1494, t1495, t1496, t1497, t1498, t1499, t1500, t1501,
+        t1502, t1503, t1504, t1505, t1506, t1507, t1508, t1509, t1510, t1511, t1512, t1513, t1514, t1515, t1516, t1517,
+        t1518, t1519, t1520, t1521, t1522, t1523, t1524,
+    );
+    t1240 = R::fused(-t1235_1236.second(), t1112, t1239);
+    t1241 = R::fused(-t772, t1130, t1240);
+    t1242 = t1007_1008.second() - t1241;
+    t1243 = R::fused(t6, t1224, t1242); // solved by the factors
+    t1244 = R::fused(-t874, t1243, t1225); // solved by the factors
+    t1245 = t762_763.second() * t470;
+    t1246 = R::fused(t764_765.second(), t1047, t1245);
+    t1247 = R::fused(t760_761.second(), t1048, t1246);
+    // right_lower_leg, left_lower_leg: mass matrix
+    t1248_1249 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t617_618;
+    t1250_1251 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t617_618;
+    t1252_1253 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t814_815, t1248_1249);
+    t1254_1255 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t814_815, t1250_1251);
+    t1256_1257 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t760_761, t1252_1253);
+    // other
+    t1258 = R::fused(-t1256_1257.second(), t1087, t1247);
+    t1259 = R::fused(t1254_1255.second(), t1112, t1258);
+    t1260 = R::fused(-t796, t1130, t1259);
+    t1261 = t1025_1026.second() - t1260;
+    t1262 = R::fused(t770, t1224, t1261); // solved by the factors
+    t1263 = R::fused(-t775, t1243, t1262); // solved by the factors
+    t1264 = R::fused(-t900, t1263, t1244); // solved by the factors
+    t1265 = R::fused(R::constant(-0.075), t1208, t1201);
+    t1266 = t1198 - t1265;
+    t1267 = R::fused(-t780, t1224, t1266); // solved by the factors
+    t1268 = R::fused(-t803, t1243, t1267); // solved by the factors
+    t1269 = R::fused(-t838, t1263, t1268); // solved by the factors
+    t1270 = t788_789.second() * t470;
+    t1271 = R::fused(t790_791.second(), t1047, t1270);
+    t1272 = R::fused(-t1037_1038.second(), t1048, t1271);
+    // right_upper_leg, left_upper_leg: mass matrix
+    t1273_1274 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t615_616;
+    t1275_1276 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t822_823, t1273_1274);
+    t1277_1278 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1037_1038, t1275_1276);
+    t1279 = R::fused(t1277_1278.second(), t1087, t1272); // other
+    t1280_1281 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t615_616;
+    t1282_1283 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t822_823, t1280_1281);
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t1284_1285 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t615_616;
+    t1286_1287 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t630_631, t1284_1285);
+    t1288 = R::fused(-t1282_1283.second(), t1112, t1279); // other
+    t1289 = R::fused(t824, t1130, t1288); // other
+    t1290 = t1079_1080.second() + t1289; // other
     // solved by the factors
-    t2294 = R::fused(t1560, t1130, t2293);
-    t2295 = R::fused(t1566, t1161, t2294);
-    t2296 = R::fused(t1573, t1193, t2295);
+    t1291 = R::fused(t800, t1224, t1290);
+    t1292 = R::fused(-t817, t1243, t1291);
+    t1293 = R::fused(-t834, t1263, t1292);
+    t1294 = R::fused(t868, t1293, t1269);
+    t1295 = R::fused(-t917, t1293, t1264);
+    t1296 = t828_829.second() * t470; // other
+    t1297 = R::fused(-t1115_1116.second(), t1047, t1296); // other
+    t1298 = R::fused(t565_566.second(), t1048, t1297); // other
+    // right_hip_roll_link, left_hip_roll_link: mass matrix
+    t1299_1300 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t853_854;
+    t1301_1302 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t853_854;
+    t1303_1304 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1286_1287, t1299_1300);
+    t1305_1306 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1286_1287, t1301_1302);
+    t1307_1308 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t565_566, t1303_1304);
+    // other
+    t1309 = R::fused(-t1307_1308.second(), t1087, t1298);
+    t1310 = R::fused(t1305_1306.second(), t1112, t1309);
+    t1311 = R::fused(-t848, t1130, t1310);
+    t1312 = t1154_1155.second() - t1311;
+    // solved by the factors
+    t1313 = R::fused(-t841, t1224, t1312);
+    t1314 = R::fused(t851, t1243, t1313);
+    t1315 = R::fused(-t859, t1263, t1314);
+    t1316 = R::fused(-t870, t1293, t1315);
+    t1317 = R::fused(-t915, t1316, t1294);
+    t1318 = R::fused(-t940, t1316, t1295);
+    t1319 = R::fused(-t990, t1318, t1317);
+    // other
+    t1320 = cos_q_left_ankle_pitch * sin_q_left_ankle_roll;
+    t1321 = sin_q_left_ankle_pitch * sin_q_left_ankle_roll;
+    t1322 = cos_q_left_ankle_pitch * cos_q_left_ankle_roll;
+    t1323 = sin_q_left_ankle_pitch * cos_q_left_ankle_roll;
+    t1324 = cos_q_left_hip_roll * sin_q_left_ankle_roll;
+    t1325 = cos_q_left_hip_roll * cos_q_left_ankle_roll;
+    t1326 = cos_q_left_knee_pitch * sin_q_left_ankle_pitch;
+    t1327 = R::fused(sin_q_left_knee_pitch, cos_q_left_ankle_pitch, t1326);
+    t1328 = cos_q_left_knee_pitch * t1320;
+    t1329 = R::fused(-sin_q_left_knee_pitch, t1321, t1328);
+    t1330 = sin_q_left_knee_pitch * t1320;
+    t1331 = R::fused(cos_q_left_knee_pitch, t1321, t1330);
+    t1332 = R::constant(0.273) * t1320;
+    t1333 = R::fused(R::constant(0.273), t1322, R::constant(0.08));
+    t1334 = cos_q_left_knee_pitch * t1322;
+    t1335 = sin_q_left_knee_pitch * t1322;
+    t1336 = R::fused(-sin_q_left_knee_pitch, t1323, t1334);
+    t1337 = R::fused(cos_q_left_knee_pitch, t1323, t1335);
+    t1338 = sin_q_left_knee_pitch * sin_q_left_ankle_pitch;
+    t1339 = R::fused(-cos_q_left_knee_pitch, cos_q_left_ankle_pitch, t1338);
+    t1340 = cos_q_left_ankle_roll * R::constant(0.08);
+    t1341 = sin_q_left_hip_pitch * t1327;
+    t1342 = R::fused(cos_q_left_hip_pitch, t1339, t1341);
+    t1343 = cos_q_left_hip_pitch * t1329;
+    t1344 = R::fused(-sin_q_left_hip_pitch, t1331, t1343);
+    t1345 = R::fused(cos_q_left_hip_roll, t1344, t369_370.second());
+    t1346 = R::fused(-sin_q_left_hip_roll, t1344, t1325);
+    t1347 = R::fused(R::constant(0.315), t1329, t1332);
+    t1348 = sin_q_left_hip_pitch * t1329;
+    t1349 = R::fused(cos_q_left_hip_pitch, t1331, t1348);
+    t1350 = R::fused(R::constant(0.315), t1336, t1333);
+    t1351 = cos_q_left_ankle_roll * t1333;
+    t1352 = R::fused(sin_q_left_ankle_roll, t1332, t1351);
+    t1353 = R::fused(-t1340, t775, t1352); // solved by the factors
+    t1354 = sin_q_left_hip_pitch * t1336;
+    t1355 = cos_q_left_hip_pitch * t1336;
+    t1356 = R::fused(cos_q_left_hip_pitch, t1337, t1354);
+    t1357 = R::fused(-sin_q_left_hip_pitch, t1337, t1355);
+    t1358 = R::fused(sin_q_left_hip_roll, t1357, t1324);
+    t1359 = R::fused(-cos_q_left_hip_roll, t1357, t338_339.second());
+    t1360 = cos_q_left_hip_pitch * t1327;
+    t1361 = R::fused(-sin_q_left_hip_pitch, t1339, t1360);
+    t1362 = cos_q_left_hip_yaw * t1342;
+    t1363 = sin_q_left_hip_yaw * t1349;
+    t1364 = R::fused(cos_q_left_hip_yaw, t1346, t1363);
+    t1365 = cos_q_left_ankle_roll * t1350;
+    t1366 = R::fused(sin_q_left_ankle_roll, t1347, t1365);
+    t1367 = R::fused(-t1340, t817, t1366); // solved by the factors
+    t1368 = R::fused(-t834, t1353, t1367); // solved by the factors
+    t1369 = sin_q_left_hip_yaw * t1356;
+    t1370 = R::fused(-cos_q_left_hip_yaw, t1358, t1369);
+    t1371 = t1350 * t1349;
+    t1372 = R::fused(-t1347, t1356, t1371);
+    t1373 = R::fused(t1340, t851, t1372); // solved by the factors
+    t1374 = R::fused(-t859, t1353, t1373); // solved by the factors
+    t1375 = R::fused(-t870, t1368, t1374); // solved by the factors
+    t1376 = sin_q_left_hip_roll * t1361;
+    t1377 = cos_q_left_hip_roll * t1361;
+    t1378 = R::fused(sin_q_left_hip_yaw, t1376, t1362);
+    t1379 = R::fused(R::constant(-0.075), t1364, t1347);
+    t1380 = t1350 * t1345;
+    t1381 = R::fused(t1347, t1359, t1380);
+    // solved by the factors
+    t1382 = R::fused(-t1340, t874, t1381);
+    t1383 = R::fused(-t900, t1353, t1382);
+    t1384 = R::fused(-t917, t1368, t1383);
+    t1385 = R::fused(-t940, t1375, t1384);
+    // other
+    t1386 = sin_q_left_hip_yaw * t1342;
+    t1387 = R::fused(-cos_q_left_hip_yaw, t1376, t1386);
+    t1388 = R::fused(R::constant(-0.075), t1370, t1350);
+    t1389 = cos_q_left_hip_yaw * t1349;
+    t1390 = R::fused(-sin_q_left_hip_yaw, t1346, t1389);
+    t1391 = t63 * t1378;
+    t1392 = R::fused(t90, t1387, t1391);
+    t1393 = R::fused(t93, t1377, t1392);
+    t1394 = R::fused(R::constant(9.81), t1393, -t358_359.second());
+    t1395 = t1345 * t1388;
+    t1396 = R::fused(t1359, t1379, t1395);
+    t1397 = t1378 * t470;
+    t1398 = R::fused(t1387, t1047, t1397);
+    t1399 = R::fused(t1377, t1048, t1398);
+    t1400 = cos_q_left_hip_yaw * t1356;
+    t1401 = R::fused(sin_q_left_hip_yaw, t1358, t1400);
+    t1402 = t1364 * t1388;
+    t1403 = R::fused(-t1370, t1379, t1402);
+    t1404 = t331 * t364;
+    t1405 = R::fused(t360, t335, t1404);
+    t1406 = t1390 * t1388;
+    t1407 = R::fused(-t1401, t1379, t1406);
+    t1408 = R::fused(-t1407, t1087, t1399);
+    t1409 = R::fused(t1403, t1112, t1408);
+    t1410 = R::fused(-t1396, t1130, t1409);
+    t1411 = t1394 - t1410;
+    t1412 = t992 * t1319;
+    t1413 = R::fused(R::constant(-0.075), t1378, t1396);
+    // solved by the factors
+    t1414 = R::fused(t1340, t803, t1413);
+    t1415 = R::fused(t838, t1353, t1414);
+    t1416 = R::fused(-t868, t1368, t1415);
+    t1417 = R::fused(t915, t1375, t1416);
+    t1418 = R::fused(t990, t1385, t1417);
+    // other
+    t1419 = R::constant(19.0) * t1405;
+    t1420 = R::fused(t1109, t335, t1419);
+    t1421 = R::fused(-t621, t364, t1420);
+    t1422 = t707_708.first() - t1421;
+    t1423 = t360 * t89;
+    t1424 = R::fused(-t100, t364, t1423);
+    t1425 = t1039_1040.second() + t1039_1040.first(); // right_hip_yaw_link: sums of what it carries
+    t1426 = t100 * t335;
+    t1427 = R::fused(t331, t89, t1426);
+    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
+    t1428_1429 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
+    t1430_1431 = t634_635 + t697_698;
+    t1432_1433 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
+    t1434 = t1083_1084.second() + t1083_1084.first(); // right_hip_yaw_link: sums of what it carries
+    t1435 = t1109 * t1405; // other
+    t1436 = R::fused(-t1425, t1427, t1435); // other
+    t1437 = R::fused(R::constant(-0.075), t707_708.first(), t719_720.first()); // right_foot: mass matrix
+    t1438_1439 = t1286_1287 * t1428_1429;
+    t1440_1441 = t1428_1429 * t1430_1431;
+    t1442_1443 = R::Two::fused(both(R::constant(-2.0)), t1438_1439, t1286_1287);
+    t1444_1445 = R::Two::fused(t1432_1433, t1430_1431, t1442_1443);
+    t1446_1447 = t1286_1287 * t1432_1433;
+    t1448_1449 = R::Two::fused(both(R::constant(2.0)), t1446_1447, t1440_1441);
+    t1450_1451 = t634_635 - t1448_1449;
+    t1452_1453 = t697_698 - t1448_1449;
+    t1454_1455 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1039_1040, t1444_1445);
+    t1456 = t1450_1451.second() - t619; // left_hip_yaw_link: sums of what it carries
+    t1457 = t1450_1451.first() + t620; // right_hip_yaw_link: sums of what it carries
+    t1458 = t1454_1455.second() + t1454_1455.first(); // right_hip_yaw_link: sums of what it carries
+    t1459 = R::constant(1.4977057904) + t1456; // left_hip_yaw_link: sums of what it carries
+    t1460 = t1459 + t1457; // right_hip_yaw_link: sums of what it carries
+    // other
+    t1461 = R::fused(-t1458, t89, t1436);
+    t1462 = R::constant(19.0) * t1424;
+    t1463 = R::fused(t1109, t89, t1462);
+    t1464 = R::fused(t1425, t364, t1463);
+    t1465 = t709_710.first() - t1464;
+    t1466 = t1405 * t1422;
+    t1467 = R::fused(t1424, t1465, t1466);
+    t1468 = R::constant(19.0) * t1427;
+    t1469 = R::fused(-t621, t89, t1468);
+    t1470 = R::fused(-t1425, t335, t1469);
+    t1471 = t683_684.first() + t1470;
+    t1472 = R::fused(-t1427, t1471, t1467);
+    t1473 = t992 * t1418;
+    t1474 = t1109 * t1424;
+    t1475 = R::fused(-t621, t1427, t1474);
+    t1476 = R::fused(t1460, t89, t1475);
+    t1477 = R::fused(-t1458, t335, t1476);
+    t1478 = R::fused(t1434, t364, t1477);
+    t1479 = t1215_1216.first() + t1478;
+    t1480 = R::fused(-t89, t1479, t1472);
+    t1481 = R::constant(1.3994107904) - t1452_1453.second(); // left_hip_yaw_link: sums of what it carries
+    t1482 = t1481 - t1452_1453.first(); // right_hip_yaw_link: sums of what it carries
+    t1483 = R::fused(t1482, t335, t1461);
+    t1484 = R::fused(-t1117, t364, t1483);
+    t1485 = t1220_1221.first() - t1484;
+    t1486 = R::fused(t335, t1485, t1480);
+    t1487 = t621 * t1405;
+    t1488 = R::fused(-t1425, t1424, t1487);
+    t1489 = R::fused(-t1434, t89, t1488);
+    t1490 = R::fused(t1117, t335, t1489);
+    t1491 = R::fused(-t750, t364, t1490);
+    t1492 = t1437 + t1491;
+    t1493 = R::fused(t364, t1492, t1486);
+    t1494 = t707_708.second() * t1405;
+    t1495 = R::fused(t709_710.second(), t1424, t1494);
+    t1496 = R::fused(-t683_684.second(), t1427, t1495);
+    t1497 = R::fused(-t1215_1216.second(), t89, t1496);
+    t1498 = R::fused(t1220_1221.second(), t335, t1497);
+    t1499 = R::fused(t752, t364, t1498);
+    t1500 = t729_730.second() * t1405;
+    t1501 = R::fused(t731_732.second(), t1424, t1500);
+    t1502 = R::fused(-t727_728.second(), t1427, t1501);
+    t1503 = R::fused(t1237_1238.second(), t89, t1502);
+    t1504 = R::fused(-t1235_1236.second(), t335, t1503);
+    t1505 = R::fused(-t772, t364, t1504);
+    t1506 = R::fused(t1499, t6, t1505); // factors of the mass matrix
+    t1507 = t762_763.second() * t1405;
+    t1508 = R::fused(t764_765.second(), t1424, t1507);
+    t1509 = R::fused(-t760_761.second(), t1427, t1508);
+    t1510 = R::fused(-t1256_1257.second(), t89, t1509);
+    t1511 = R::fused(t1254_1255.second(), t335, t1510);
+    t1512 = R::fused(-t796, t364, t1511);
+    t1513 = R::fused(t1499, t770, t1512); // factors of the mass matrix
+    t1514 = R::fused(-t1506, t775, t1513); // factors of the mass matrix
+    t1515 = t788_789.second() * t1405;
+    t1516 = R::fused(t790_791.second(), t1424, t1515);
+    t1517 = R::fused(t1037_1038.second(), t1427, t1516);
+    t1518 = R::fused(t1277_1278.second(), t89, t1517);
+    t1519 = R::fused(-t1282_1283.second(), t335, t1518);
+    t1520 = R::fused(t824, t364, t1519);
+    t1521 = R::fused(-t1499, t800, t1520); // factors of the mass matrix
+    t1522 = R::fused(t1506, t817, t1521); // factors of the mass matrix
+    t1523 = R::fused(t1514, t834, t1522); // factors of the mass matrix
+    t1524 = t828_829.second() * t1405;
+    let (
+        t1525, t1526, t1527, t1528, t1529, t1530, t1531, t1532, t1533, t1534, t1535, t1536, t1537, t1538, t1539, t1540,
+        t1541, t1542, t1543, t1544, t1545, t1546, t1547, t1548, t1549, t1550, t1551, t1552, t1553, t1554, t1555, t1556,
+        t1557, t1558, t1559, t1560, t1561, t1562, t1563, t1564, t1565, t1566, t1567, t1568, t1569, t1570, t1571, t1572,
+        t1573, t1574, t1575, t1576, t1577, t1578, t1579, t1580, t1581, t1582, t1583, t1584, t1585, t1586, t1587, t1588,
+        t1589, t1590, t1591, t1592, t1593, t1594, t1595, t1596, t1597, t1598, t1599, t1600, t1601, t1602, t1603, t1604,
+        t1605, t1606, t1607, t1608, t1609, t1610, t1611, t1612, t1613, t1614, t1615, t1616, t1617, t1618, t1619, t1620,
+        t1621, t1622, t1623, t1624, t1625, t1626, t1627, t1628, t1629, t1630, t1631, t1632, t1633, t1634, t1635, t1636,
+        t1637, t1638, t1639, t1640, t1641, t1642, t1643, t1644, t1645, t1646, t1647, t1648, t1649, t1650, t1651, t1652,
+        t1653, t1654, t1655, t1656, t1657, t1658, t1659, t1660, t1661, t1662, t1663, t1664, t1665, t1666, t1667, t1668,
+        t1669, t1670, t1671, t1672, t1673, t1674, t1675, t1676, t1677, t1678, t1679, t1680, t1681, t1682, t1683, t1684,
+        t1685, t1686, t1687, t1688, t1689, t1690, t1691, t1692, t1693, t1694, t1695, t1696, t1697, t1698, t1699, t1700,
+        t1701, t1702, t1703, t1704, t1705, t1706, t1707, t1708, t1709, t1710, t1711, t1712, t1713, t1714, t1715, t1716,
+        t1717, t1718, t1719, t1720, t1721, t1722, t1723, t1724, t1725, t1726, t1727, t1728, t1729, t1730, t1731, t1732,
+        t1733, t1734, t1735, t1736, t1737, t1738, t1739, t1740, t1741, t1742, t1743, t1744, t1745, t1746, t1747, t1748,
+        t1749, t1750, t1751, t1752, t1753, t1754, t1755, t1756, t1757, t1758, t1759, t1760, t1761, t1762, t1763, t1764,
+        t1765, t1766, t1767, t1768, t1769, t1770, t1771, t1772, t1773, t1774, t1775, t1776, t1777, t1778, t1779, t1780,
+    );
+    t1525 = R::fused(-t1115_1116.second(), t1424, t1524);
+    t1526 = R::fused(-t565_566.second(), t1427, t1525);
+    t1527 = R::fused(-t1307_1308.second(), t89, t1526);
+    t1528 = R::fused(t1305_1306.second(), t335, t1527);
+    t1529 = R::fused(-t848, t364, t1528);
+    // factors of the mass matrix
+    t1530 = R::fused(-t1499, t841, t1529);
+    t1531 = R::fused(t1506, t851, t1530);
+    t1532 = R::fused(-t1514, t859, t1531);
+    t1533 = R::fused(t1523, t870, t1532);
+    // other
+    t1534 = t1083_1084.second() * t89;
+    t1535 = t1039_1040.second() * t1424;
+    t1536 = R::fused(-sin_q_right_hip_yaw, t1109, t828_829.first());
+    t1537 = R::fused(-cos_q_right_hip_yaw, t1109, t1115_1116.first());
+    t1538 = cos_q_right_hip_yaw * R::constant(1.425);
+    t1539 = R::fused(-cos_q_right_hip_yaw, t621, t1538);
+    t1540 = R::fused(sin_q_right_hip_yaw, t1425, t1539);
+    t1541 = t565_566.first() - t1540;
+    t1542 = t1499 * R::constant(481.7535830422739); // factors of the mass matrix
+    t1543 = R::fused(t1499, t1542, t1493); // factors of the mass matrix
+    t1544 = R::fused(-t581_582.second(), t1405, t1535);
+    t1545 = R::fused(t1405, t639, t1535);
+    t1546 = t1534 + t1544;
+    t1547 = t1545 + t1534;
+    t1548 = R::fused(-t1090_1091.second(), t335, t1546);
+    t1549 = R::fused(t335, t1158, t1547);
+    t1550 = R::fused(t864, t364, t1548);
+    t1551 = R::fused(-t364, t779, t1549);
+    // factors of the mass matrix
+    t1552 = R::fused(-t1499, t856, t1550);
+    t1553 = R::fused(-t1499, t780, t1551);
+    t1554 = R::fused(t1506, t874, t1552);
+    t1555 = R::fused(-t1506, t803, t1553);
+    t1556 = R::fused(t1514, t900, t1554);
+    t1557 = R::fused(-t1514, t838, t1555);
+    t1558 = R::fused(-t1523, t917, t1556);
+    t1559 = R::fused(-t1523, t868, t1557);
+    t1560 = R::fused(t1533, t940, t1558);
+    t1561 = R::fused(-t1533, t915, t1559);
+    t1562 = R::fused(t1560, t990, t1561);
+    t1563 = t1506 * t504;
+    t1564 = R::fused(t1506, t1563, t1543);
+    // other
+    t1565 = t1405 * t1536;
+    t1566 = R::fused(-t1424, t1537, t1565);
+    t1567 = R::fused(-t1427, t1541, t1566);
+    t1568 = R::constant(0.075) * cos_q_right_hip_yaw;
+    t1569 = cos_q_right_hip_yaw * t1434;
+    t1570 = R::fused(sin_q_right_hip_yaw, t1117, t1569);
+    t1571 = t1092 - t1570;
+    t1572 = t1514 * t777; // factors of the mass matrix
+    t1573 = R::fused(t1514, t1572, t1564); // factors of the mass matrix
+    t1574 = cos_q_right_hip_yaw * t1083_1084.second();
+    t1575 = t621 * t1568;
+    t1576 = R::fused(-cos_q_right_hip_yaw, t1460, t1575);
+    t1577 = R::fused(-sin_q_right_hip_yaw, t1458, t1576);
+    t1578 = t1307_1308.first() + t1577;
+    t1579 = R::fused(-t89, t1578, t1567);
+    t1580 = t1425 * t1568;
+    t1581 = R::fused(cos_q_right_hip_yaw, t1458, t1580);
+    t1582 = R::fused(sin_q_right_hip_yaw, t1482, t1581);
+    t1583 = t1305_1306.first() - t1582;
+    t1584 = R::fused(t335, t1583, t1579);
+    t1585 = R::fused(-t364, t1571, t1584);
+    t1586 = t683_684.second() * t1568;
+    t1587 = R::fused(cos_q_right_hip_yaw, t1215_1216.second(), t1586);
+    t1588 = R::fused(sin_q_right_hip_yaw, t1220_1221.second(), t1587);
+    t1589 = t1523 * t836; // factors of the mass matrix
+    t1590 = R::fused(t1523, t1589, t1573); // factors of the mass matrix
+    t1591 = t727_728.second() * t1568;
+    t1592 = R::fused(-cos_q_right_hip_yaw, t1237_1238.second(), t1591);
+    t1593 = R::fused(-sin_q_right_hip_yaw, t1235_1236.second(), t1592);
+    t1594 = R::fused(t1588, t6, t1593); // factors of the mass matrix
+    t1595 = t760_761.second() * t1568;
+    t1596 = R::fused(cos_q_right_hip_yaw, t1256_1257.second(), t1595);
+    t1597 = R::fused(sin_q_right_hip_yaw, t1254_1255.second(), t1596);
+    t1598 = R::fused(t1588, t770, t1597); // factors of the mass matrix
+    t1599 = R::fused(-t1594, t775, t1598); // factors of the mass matrix
+    t1600 = t1037_1038.second() * t1568;
+    t1601 = R::fused(cos_q_right_hip_yaw, t1277_1278.second(), t1600);
+    t1602 = R::fused(sin_q_right_hip_yaw, t1282_1283.second(), t1601);
+    // factors of the mass matrix
+    t1603 = R::fused(t1588, t800, t1602);
+    t1604 = R::fused(-t1594, t817, t1603);
+    t1605 = R::fused(-t1599, t834, t1604);
+    t1606 = t1533 * t873;
+    t1607 = R::fused(t1533, t1606, t1590);
+    t1608 = t565_566.second() * t1568; // other
+    t1609 = R::fused(cos_q_right_hip_yaw, t1307_1308.second(), t1608); // other
+    t1610 = R::fused(sin_q_right_hip_yaw, t1305_1306.second(), t1609); // other
+    t1611 = R::fused(-t1588, t841, t1610);
+    t1612 = R::fused(t1594, t851, t1611);
+    t1613 = R::fused(-t1599, t859, t1612);
+    t1614 = R::fused(-t1605, t870, t1613);
+    t1615 = t1560 * t943;
+    t1616 = R::fused(t1560, t1615, t1607);
+    t1617 = t1588 * R::constant(481.7535830422739);
+    t1618 = R::fused(t1499, t1617, t1585);
+    t1619 = R::fused(sin_q_right_hip_yaw, t1090_1091.second(), t1574); // other
+    t1620 = R::fused(-sin_q_right_hip_yaw, t1158, t1574); // other
+    t1621 = R::fused(t1588, t856, t1619);
+    t1622 = R::fused(t1588, t780, t1620);
+    t1623 = R::fused(-t1594, t874, t1621);
+    t1624 = R::fused(t1594, t803, t1622);
+    t1625 = R::fused(-t1599, t900, t1623);
+    t1626 = R::fused(t1599, t838, t1624);
+    t1627 = R::fused(-t1605, t917, t1625);
+    t1628 = R::fused(-t1605, t868, t1626);
+    t1629 = R::fused(-t1614, t940, t1627);
+    t1630 = R::fused(t1614, t915, t1628);
+    t1631 = R::fused(t1629, t990, t1630);
+    t1632 = t1562 * t992;
+    t1633 = R::fused(-t1562, t1632, t1616);
+    t1634 = t1594 * t504;
+    t1635 = R::fused(t1506, t1634, t1618);
+    t1636 = t1599 * t777;
+    t1637 = R::fused(t1514, t1636, t1635);
+    t1638 = t1568 * t1541; // other
+    t1639 = R::fused(cos_q_right_hip_yaw, t1578, t1638); // other
+    t1640 = R::fused(sin_q_right_hip_yaw, t1583, t1639); // other
+    t1641 = R::fused(t1588, t1617, t1640);
+    t1642 = R::fused(t1594, t1634, t1641);
+    t1643 = R::fused(t1599, t1636, t1642);
+    t1644 = t1109 * t136; // other
+    t1645 = sin_q_right_hip_roll * t621; // other
+    t1646 = t1109 * t134; // other
+    t1647 = t1605 * t836;
+    t1648 = R::fused(t1605, t1647, t1643);
+    t1649 = R::fused(-t1523, t1647, t1637);
+    // other
+    t1650 = sin_q_right_hip_roll * t1425;
+    t1651 = R::fused(sin_q_right_hip_roll, R::constant(1.425), -t1644);
+    t1652 = t1651 - t1645;
+    t1653 = t788_789.first() - t1652;
+    t1654 = t621 * t134;
+    t1655 = t1425 * t136;
+    t1656 = t1460 * t134;
+    t1657 = t1646 - t1650;
+    t1658 = t790_791.first() + t1657;
+    t1659 = R::constant(0.075) * t134;
+    t1660 = t1458 * t136;
+    t1661 = R::fused(t134, R::constant(1.425), -t1654);
+    t1662 = t1661 - t1655;
+    t1663 = t1037_1038.first() + t1662;
+    t1664 = t1614 * t873; // factors of the mass matrix
+    t1665 = R::fused(t1614, t1664, t1648); // factors of the mass matrix
+    t1666 = R::fused(t1533, t1664, t1649); // factors of the mass matrix
+    t1667 = R::fused(t621, t1659, -t1656);
+    t1668 = t1667 + t1660;
+    t1669 = sin_q_right_hip_roll * t1434;
+    t1670 = t1668 + t1669;
+    t1671 = t1277_1278.first() - t1670;
+    t1672 = t1629 * t943; // factors of the mass matrix
+    t1673 = R::fused(t1629, t1672, t1665); // factors of the mass matrix
+    t1674 = R::fused(-t1560, t1672, t1666); // factors of the mass matrix
+    t1675 = t1405 * t1653;
+    t1676 = R::fused(t1424, t1658, t1675);
+    t1677 = R::fused(t1427, t1663, t1676);
+    t1678 = R::fused(t89, t1671, t1677);
+    // factors of the mass matrix
+    t1679 = t1631 * t992;
+    t1680 = R::fused(-t1631, t1679, t1673);
+    t1681 = R::fused(t1562, t1679, t1674);
+    t1682 = R::constant(1.0) / t1680;
+    // other
+    t1683 = R::constant(0.075) * sin_q_right_hip_roll;
+    t1684 = t1458 * t134;
+    t1685 = t1482 * t136;
+    t1686 = sin_q_right_hip_roll * t1117;
+    t1687 = t1434 * t134;
+    t1688 = t1117 * t136;
+    t1689 = sin_q_right_hip_roll * t750;
+    t1690 = t1215_1216.second() * t134;
+    t1691 = t1109 * t1683;
+    t1692 = R::fused(t1425, t1659, t1691);
+    t1693 = t1692 + t1684;
+    t1694 = t1693 - t1685;
+    t1695 = t1694 - t1686;
+    t1696 = t1282_1283.first() + t1695;
+    t1697 = R::fused(-t335, t1696, t1678);
+    t1698 = R::fused(t621, t1683, t1687);
+    t1699 = t1698 - t1688;
+    t1700 = t1699 - t1689;
+    t1701 = t881 + t1700;
+    t1702 = R::fused(t364, t1701, t1697);
+    t1703 = t707_708.second() * t1683;
+    t1704 = R::fused(t683_684.second(), t1659, t1703);
+    t1705 = t1704 + t1690;
+    t1706 = t1220_1221.second() * t136;
+    t1707 = t1705 - t1706;
+    t1708 = sin_q_right_hip_roll * t752;
+    t1709 = t1707 + t1708;
+    t1710 = t729_730.second() * t1683;
+    t1711 = R::fused(t727_728.second(), t1659, t1710);
+    t1712 = t1237_1238.second() * t134;
+    t1713 = t1711 - t1712;
+    t1714 = t1235_1236.second() * t136;
+    t1715 = t1713 + t1714;
+    t1716 = sin_q_right_hip_roll * t772;
+    t1717 = t1715 - t1716;
+    t1718 = R::fused(t1709, t6, t1717); // factors of the mass matrix
+    t1719 = t762_763.second() * t1683;
+    t1720 = R::fused(t760_761.second(), t1659, t1719);
+    t1721 = t1256_1257.second() * t134;
+    t1722 = t1720 + t1721;
+    t1723 = t1254_1255.second() * t136;
+    t1724 = t1722 - t1723;
+    t1725 = t1681 * t1682; // factors of the mass matrix
+    t1726 = R::fused(-t1681, t1725, t1633); // factors of the mass matrix
+    t1727 = sin_q_right_hip_roll * t796;
+    t1728 = t1724 - t1727;
+    t1729 = R::fused(t1709, t770, t1728); // factors of the mass matrix
+    t1730 = R::fused(-t1718, t775, t1729); // factors of the mass matrix
+    t1731 = t788_789.second() * t1683;
+    t1732 = R::fused(-t1037_1038.second(), t1659, t1731);
+    t1733 = t1277_1278.second() * t134;
+    t1734 = t1732 - t1733;
+    t1735 = t1282_1283.second() * t136;
+    t1736 = t1734 + t1735;
+    t1737 = sin_q_right_hip_roll * t824;
+    t1738 = t1736 + t1737;
+    t1739 = R::fused(-t1709, t800, t1738); // factors of the mass matrix
+    t1740 = R::fused(t1718, t817, t1739); // factors of the mass matrix
+    t1741 = R::fused(t1730, t834, t1740); // factors of the mass matrix
+    t1742 = t828_829.second() * t1683;
+    t1743 = R::fused(t565_566.second(), t1659, t1742);
+    t1744 = t1709 * R::constant(481.7535830422739); // factors of the mass matrix
+    t1745 = R::fused(t1499, t1744, t1702); // factors of the mass matrix
+    t1746 = t1307_1308.second() * t134;
+    t1747 = t1743 + t1746;
+    t1748 = t1305_1306.second() * t136;
+    t1749 = t1747 - t1748;
+    t1750 = sin_q_right_hip_roll * t848;
+    t1751 = t1749 - t1750;
+    // factors of the mass matrix
+    t1752 = R::fused(-t1709, t841, t1751);
+    t1753 = R::fused(t1718, t851, t1752);
+    t1754 = R::fused(-t1730, t859, t1753);
+    t1755 = R::fused(t1741, t870, t1754);
+    t1756 = t1083_1084.second() * t134; // other
+    t1757 = t1718 * t504;
+    t1758 = R::fused(t1506, t1757, t1745);
+    // other
+    t1759 = t1090_1091.second() * t136;
+    t1760 = sin_q_right_hip_roll * t864;
+    t1761 = t136 * t1158;
+    t1762 = sin_q_right_hip_roll * t779;
+    t1763 = R::fused(t581_582.second(), t1683, t1756);
+    t1764 = t1763 - t1759;
+    t1765 = t1764 - t1760;
+    // factors of the mass matrix
+    t1766 = R::fused(t1709, t856, t1765);
+    t1767 = R::fused(-t1718, t874, t1766);
+    t1768 = R::fused(-t1730, t900, t1767);
+    t1769 = R::fused(t1741, t917, t1768);
+    t1770 = R::fused(-t1755, t940, t1769);
+    t1771 = R::fused(t1683, t639, -t1756); // other
+    t1772 = t1771 - t1761; // other
+    t1773 = t1772 - t1762; // other
+    t1774 = R::fused(-t1709, t780, t1773);
+    t1775 = R::fused(-t1718, t803, t1774);
+    t1776 = R::fused(-t1730, t838, t1775);
+    t1777 = R::fused(-t1741, t868, t1776);
+    t1778 = R::fused(-t1755, t915, t1777);
+    t1779 = R::fused(-t1770, t990, t1778);
+    t1780 = t1730 * t777;
+    let (
+        t1781, t1782, t1783, t1784, t1785, t1786, t1787, t1788, t1789, t1790, t1791, t1792, t1793, t1794, t1795, t1796,
+        t1797, t1798, t1799, t1800, t1801, t1802, t1803, t1804, t1805, t1806, t1807, t1808, t1809, t1810, t1811, t1812,
+        t1813, t1814, t1815, t1816, t1817, t1818, t1819, t1820, t1821, t1822, t1823, t1824, t1825, t1826, t1827, t1828,
+        t1829, t1830, t1831, t1832, t1833, t1834, t1835, t1836, t1837, t1838, t1839, t1840, t1841, t1842, t1843, t1844,
+        t1845, t1846, t1847, t1848, t1849, t1850, t1851, t1852, t1853, t1854, t1855, t1856, t1857, t1858, t1859, t1860,
+        t1861, t1862, t1863, t1864, t1865, t1866, t1867, t1868, t1869, t1870, t1871, t1872, t1873, t1874, t1875, t1876,
+        t1877, t1878, t1879, t1880, t1881, t1882, t1883, t1884, t1885, t1886, t1887, t1888, t1889, t1890, t1891, t1892,
+        t1893, t1894, t1895, t1896, t1897, t1898, t1899, t1900, t1901, t1902, t1903, t1904, t1905, t1906, t1907, t1908,
+        t1909, t1910, t1911, t1912, t1913, t1914, t1915, t1916, t1917, t1918, t1919, t1920, t1921, t1922, t1923, t1924,
+        t1925, t1926, t1927, t1928, t1929, t1930, t1931, t1932, t1933, t1934, t1935, t1936, t1937, t1938, t1939, t1940,
+        t1941, t1942, t1943, t1944, t1945, t1946, t1947, t1948, t1949, t1950, t1951, t1952, t1953, t1954, t1955, t1956,
+        t1957, t1958, t1959, t1960, t1961, t1962, t1963, t1964, t1965, t1966, t1967, t1968, t1969, t1970, t1971, t1972,
+        t1973, t1974, t1975, t1976, t1977, t1978, t1979, t1980, t1981, t1982, t1983, t1984, t1985, t1986, t1987, t1988,
+        t1989, t1990, t1991, t1992, t1993, t1994, t1995, t1996, t1997, t1998, t1999, t2000, t2001, t2002, t2003, t2004,
+        t2005, t2006, t2007, t2008, t2009, t2010, t2011, t2012, t2013, t2014, t2015, t2016, t2017, t2018, t2019, t2020,
+        t2021, t2022, t2023, t2024, t2025, t2026, t2027, t2028, t2029, t2030, t2031, t2032, t2033, t2034, t2035, t2036,
+    );
+    t1781 = R::fused(t1514, t1780, t1758);
+    // other
+    t1782 = t1683 * t1536;
+    t1783 = R::fused(t1659, t1541, t1782);
+    t1784 = t134 * t1578;
+    t1785 = t1783 + t1784;
+    t1786 = t136 * t1583;
+    t1787 = t1785 - t1786;
+    t1788 = sin_q_right_hip_roll * t1571;
+    t1789 = t1787 - t1788;
+    // factors of the mass matrix
+    t1790 = R::fused(t1709, t1617, t1789);
+    t1791 = R::fused(t1718, t1634, t1790);
+    t1792 = R::fused(t1730, t1636, t1791);
+    t1793 = R::fused(-t1741, t1647, t1792);
+    t1794 = R::fused(t1755, t1664, t1793);
+    t1795 = R::fused(t1770, t1672, t1794);
+    t1796 = R::fused(t1779, t1679, t1795);
+    t1797 = t1741 * t836;
+    t1798 = R::fused(t1523, t1797, t1781);
+    // other
+    t1799 = t1683 * t1653;
+    t1800 = R::fused(-t1659, t1663, t1799);
+    t1801 = t134 * t1671;
+    t1802 = t1800 - t1801;
+    t1803 = t136 * t1696;
+    t1804 = t1802 + t1803;
+    t1805 = sin_q_right_hip_roll * t1701;
+    t1806 = t1804 + t1805;
+    // factors of the mass matrix
+    t1807 = R::fused(t1709, t1744, t1806);
+    t1808 = R::fused(t1718, t1757, t1807);
+    t1809 = R::fused(t1730, t1780, t1808);
+    t1810 = R::fused(t1741, t1797, t1809);
+    // other
+    t1811 = sin_q_right_hip_roll * t305;
+    t1812 = R::fused(-t136, t321, t1811);
+    t1813 = t134 * t321;
+    t1814 = R::fused(sin_q_right_hip_roll, t78, t1813);
+    t1815 = t136 * t78;
+    t1816 = R::fused(t134, t305, t1815);
+    t1817 = t1755 * t873; // factors of the mass matrix
+    t1818 = R::fused(t1755, t1817, t1810); // factors of the mass matrix
+    t1819 = R::fused(t1533, t1817, t1798); // factors of the mass matrix
+    t1820 = sin_q_right_hip_roll * t331;
+    t1821 = R::fused(-t136, t360, t1820);
+    t1822 = t134 * t360;
+    t1823 = R::fused(sin_q_right_hip_roll, t100, t1822);
+    t1824 = t136 * t100;
+    t1825 = R::fused(t134, t331, t1824);
+    t1826 = t1378 * t1405;
+    t1827 = R::fused(t1387, t1424, t1826);
+    t1828 = R::fused(-t1377, t1427, t1827);
+    t1829 = R::fused(-t1407, t89, t1828);
+    t1830 = R::fused(t1403, t335, t1829);
+    t1831 = R::fused(-t1396, t364, t1830);
+    // solved by the factors
+    t1832 = R::fused(-t1340, t1563, t1831);
+    t1833 = R::fused(-t1572, t1353, t1832);
+    t1834 = R::fused(t1589, t1368, t1833);
+    t1835 = R::fused(-t1606, t1375, t1834);
+    t1836 = R::fused(t1615, t1385, t1835);
+    t1837 = R::fused(-t1632, t1418, t1836);
+    t1838 = t1770 * t943; // factors of the mass matrix
+    t1839 = R::fused(t1770, t1838, t1818); // factors of the mass matrix
+    t1840 = R::fused(-t1560, t1838, t1819); // factors of the mass matrix
+    // other
+    t1841 = R::fused(R::constant(-19.0), t1812, t1644);
+    t1842 = R::fused(R::constant(-19.0), t1821, t1644);
+    t1843 = t1645 + t1841;
+    t1844 = t1645 + t1842;
+    t1845 = t762_763.first() - t1843;
+    t1846 = t729_730.first() - t1844;
+    t1847 = t1779 * t992; // factors of the mass matrix
+    t1848 = R::fused(-t1779, t1847, t1839); // factors of the mass matrix
+    t1849 = R::fused(-t1562, t1847, t1840); // factors of the mass matrix
+    t1850 = R::fused(R::constant(19.0), t1814, t1646);
+    t1851 = R::fused(R::constant(19.0), t1823, t1646);
+    t1852 = t1650 - t1850;
+    t1853 = t1650 - t1851;
+    t1854 = t764_765.first() + t1852;
+    t1855 = t731_732.first() + t1853;
+    t1856 = R::fused(R::constant(-19.0), t1816, t1654);
+    t1857 = R::fused(R::constant(-19.0), t1825, t1654);
+    t1858 = t1655 + t1856;
+    t1859 = t1655 + t1857;
+    t1860 = t760_761.first() - t1858;
+    t1861 = t727_728.first() - t1859;
+    t1862 = t1109 * t1814;
+    t1863 = R::fused(-t621, t1816, t1862);
+    t1864 = t1656 + t1863;
+    t1865 = t1660 - t1864;
+    t1866 = t1669 + t1865;
+    t1867 = t1256_1257.first() - t1866;
+    t1868 = t1405 * t1845;
+    t1869 = R::fused(t1424, t1854, t1868);
+    t1870 = R::fused(-t1427, t1860, t1869);
+    t1871 = R::fused(-t89, t1867, t1870);
+    t1872 = t1109 * t1812;
+    t1873 = R::fused(t1425, t1816, t1872);
+    t1874 = t1684 + t1873;
+    t1875 = t1685 - t1874;
+    t1876 = t1686 + t1875;
+    t1877 = t1254_1255.first() - t1876;
+    t1878 = R::fused(t335, t1877, t1871);
+    // factors of the mass matrix
+    t1879 = t1796 * t1682;
+    t1880 = R::fused(-t1796, t1879, t1848);
+    t1881 = R::fused(-t1681, t1879, t1849);
+    t1882 = R::constant(1.0) / t1880;
+    // other
+    t1883 = t621 * t1812;
+    t1884 = R::fused(t1425, t1814, t1883);
+    t1885 = t1687 + t1884;
+    t1886 = t1688 - t1885;
+    t1887 = t1689 + t1886;
+    t1888 = t878 - t1887;
+    t1889 = R::fused(-t364, t1888, t1878);
+    t1890 = t707_708.second() * t1812;
+    t1891 = R::fused(-t709_710.second(), t1814, t1890);
+    t1892 = R::fused(t683_684.second(), t1816, t1891);
+    t1893 = t1690 + t1892;
+    t1894 = t1706 - t1893;
+    t1895 = t1708 - t1894;
+    t1896 = t729_730.second() * t1812;
+    t1897 = R::fused(-t731_732.second(), t1814, t1896);
+    t1898 = R::fused(t727_728.second(), t1816, t1897);
+    t1899 = t1712 - t1898;
+    t1900 = t1714 - t1899;
+    t1901 = t1716 - t1900;
+    t1902 = R::fused(-t1895, t6, t1901); // factors of the mass matrix
+    t1903 = t762_763.second() * t1812;
+    t1904 = R::fused(-t764_765.second(), t1814, t1903);
+    t1905 = R::fused(t760_761.second(), t1816, t1904);
+    t1906 = t1721 + t1905;
+    t1907 = t1723 - t1906;
+    t1908 = t1727 + t1907;
+    // factors of the mass matrix
+    t1909 = R::fused(-t1895, t770, t1908);
+    t1910 = R::fused(-t1902, t775, t1909);
+    t1911 = t1881 * t1882;
+    t1912 = R::fused(-t1881, t1911, t1726);
+    // other
+    t1913 = t788_789.second() * t1812;
+    t1914 = R::fused(-t790_791.second(), t1814, t1913);
+    t1915 = R::fused(-t1037_1038.second(), t1816, t1914);
+    t1916 = t1733 - t1915;
+    t1917 = t1735 - t1916;
+    t1918 = t1737 + t1917;
+    t1919 = R::fused(-t1895, t800, t1918); // factors of the mass matrix
+    t1920 = R::fused(-t1902, t817, t1919); // factors of the mass matrix
+    t1921 = R::fused(-t1910, t834, t1920); // factors of the mass matrix
+    t1922 = t828_829.second() * t1812;
+    t1923 = R::fused(t1115_1116.second(), t1814, t1922);
+    t1924 = R::fused(t565_566.second(), t1816, t1923);
+    t1925 = t1746 + t1924;
+    t1926 = t1748 - t1925;
+    t1927 = t1750 + t1926;
+    // factors of the mass matrix
+    t1928 = R::fused(t1895, t841, t1927);
+    t1929 = R::fused(t1902, t851, t1928);
+    t1930 = R::fused(-t1910, t859, t1929);
+    t1931 = R::fused(-t1921, t870, t1930);
+    // other
+    t1932 = t1039_1040.second() * t1814;
+    t1933 = t1812 * t1536;
+    t1934 = R::fused(t1814, t1537, t1933);
+    t1935 = R::fused(t1816, t1541, t1934);
+    t1936 = t1784 + t1935;
+    t1937 = t1786 - t1936;
+    t1938 = t1788 + t1937;
+    // factors of the mass matrix
+    t1939 = R::fused(-t1895, t1617, t1938);
+    t1940 = R::fused(t1902, t1634, t1939);
+    t1941 = R::fused(t1910, t1636, t1940);
+    t1942 = R::fused(t1921, t1647, t1941);
+    t1943 = R::fused(t1931, t1664, t1942);
+    t1944 = t1895 * R::constant(481.7535830422739);
+    t1945 = R::fused(-t1499, t1944, t1889);
+    // other
+    t1946 = R::fused(t581_582.second(), t1812, t1932);
+    t1947 = R::fused(t1812, t639, -t1932);
+    t1948 = t1756 + t1946;
+    t1949 = t1756 - t1947;
+    t1950 = t1759 - t1948;
+    t1951 = t1761 + t1949;
+    t1952 = t1760 + t1950;
+    t1953 = t1762 + t1951;
+    // factors of the mass matrix
+    t1954 = R::fused(-t1895, t856, t1952);
+    t1955 = R::fused(t1895, t780, t1953);
+    t1956 = R::fused(-t1902, t874, t1954);
+    t1957 = R::fused(-t1902, t803, t1955);
+    t1958 = R::fused(-t1910, t900, t1956);
+    t1959 = R::fused(-t1910, t838, t1957);
+    t1960 = R::fused(-t1921, t917, t1958);
+    t1961 = R::fused(t1921, t868, t1959);
+    t1962 = R::fused(-t1931, t940, t1960);
+    t1963 = R::fused(-t1931, t915, t1961);
+    t1964 = R::fused(-t1962, t990, t1963);
+    t1965 = R::fused(t1962, t1672, t1943);
+    t1966 = R::fused(t1964, t1679, t1965);
+    t1967 = t1902 * t504;
+    t1968 = R::fused(t1506, t1967, t1945);
+    t1969 = t1910 * t777;
+    t1970 = R::fused(t1514, t1969, t1968);
+    // other
+    t1971 = t1812 * t1653;
+    t1972 = R::fused(-t1814, t1658, t1971);
+    t1973 = R::fused(-t1816, t1663, t1972);
+    t1974 = t1801 - t1973;
+    t1975 = t1803 - t1974;
+    t1976 = t1805 + t1975;
+    // factors of the mass matrix
+    t1977 = R::fused(t1895, t1744, t1976);
+    t1978 = R::fused(-t1902, t1757, t1977);
+    t1979 = R::fused(-t1910, t1780, t1978);
+    t1980 = R::fused(t1921, t1797, t1979);
+    t1981 = R::fused(-t1931, t1817, t1980);
+    t1982 = R::fused(-t1962, t1838, t1981);
+    t1983 = R::fused(t1964, t1847, t1982);
+    t1984 = R::fused(t1966, t1879, t1983);
+    t1985 = t1921 * t836;
+    t1986 = R::fused(-t1523, t1985, t1970);
+    // other
+    t1987 = t1812 * t1845;
+    t1988 = R::fused(-t1814, t1854, t1987);
+    t1989 = R::fused(t1816, t1860, t1988);
+    t1990 = t134 * t1867;
+    t1991 = t1989 + t1990;
+    t1992 = t136 * t1877;
+    t1993 = t1991 - t1992;
+    t1994 = sin_q_right_hip_roll * t1888;
+    t1995 = t1993 - t1994;
+    // factors of the mass matrix
+    t1996 = R::fused(-t1895, t1944, t1995);
+    t1997 = R::fused(-t1902, t1967, t1996);
+    t1998 = R::fused(-t1910, t1969, t1997);
+    t1999 = R::fused(-t1921, t1985, t1998);
+    t2000 = t1405 * t1846; // other
+    t2001 = R::fused(t1424, t1855, t2000); // other
+    t2002 = R::fused(-t1427, t1861, t2001); // other
+    t2003 = t1931 * t873;
+    t2004 = R::fused(-t1931, t2003, t1999);
+    t2005 = R::fused(t1533, t2003, t1986);
+    // other
+    t2006 = t1109 * t1823;
+    t2007 = R::fused(-t621, t1825, t2006);
+    t2008 = t1656 + t2007;
+    t2009 = t1660 - t2008;
+    t2010 = t1669 + t2009;
+    t2011 = t1237_1238.first() + t2010;
+    t2012 = R::fused(t89, t2011, t2002);
+    t2013 = t1109 * t1821;
+    t2014 = R::fused(t1425, t1825, t2013);
+    t2015 = t1684 + t2014;
+    t2016 = t1685 - t2015;
+    t2017 = t1686 + t2016;
+    t2018 = t1235_1236.first() + t2017;
+    t2019 = R::fused(-t335, t2018, t2012);
+    t2020 = t1962 * t943; // factors of the mass matrix
+    t2021 = R::fused(-t1962, t2020, t2004); // factors of the mass matrix
+    t2022 = R::fused(-t1560, t2020, t2005); // factors of the mass matrix
+    t2023 = t621 * t1821;
+    t2024 = R::fused(t1425, t1823, t2023);
+    t2025 = t1687 + t2024;
+    t2026 = t1688 - t2025;
+    t2027 = t1689 + t2026;
+    t2028 = t858 - t2027;
+    t2029 = R::fused(-t364, t2028, t2019);
+    t2030 = t1964 * t992; // factors of the mass matrix
+    t2031 = R::fused(t1964, t2030, t2021); // factors of the mass matrix
+    t2032 = R::fused(-t1562, t2030, t2022); // factors of the mass matrix
+    t2033 = t707_708.second() * t1821;
+    t2034 = R::fused(-t709_710.second(), t1823, t2033);
+    t2035 = R::fused(t683_684.second(), t1825, t2034);
+    t2036 = t1690 + t2035;
+    let (
+        t2037, t2038, t2039, t2040, t2041, t2042, t2043, t2044, t2045, t2046, t2047, t2048, t2049, t2050, t2051, t2052,
+        t2053, t2054, t2055, t2056, t2057, t2058, t2059, t2060, t2061, t2062, t2063, t2064, t2065, t2066, t2067, t2068,
+        t2069, t2070, t2071, t2072, t2073, t2074, t2075, t2076, t2077, t2078, t2079, t2080, t2081, t2082, t2083, t2084,
+        t2085, t2086, t2087, t2088, t2089, t2090, t2091, t2092, t2093, t2094, t2095, t2096, t2097, t2098, t2099, t2100,
+        t2101, t2102, t2103, t2104, t2105, t2106, t2107, t2108, t2109, t2110, t2111, t2112, t2113, t2114, t2115, t2116,
+        t2117, t2118, t2119, t2120, t2121, t2122, t2123, t2124, t2125, t2126, t2127, t2128, t2129, t2130, t2131, t2132,
+        t2133, t2134, t2135, t2136, t2137, t2138, t2139, t2140, t2141, t2142, t2143, t2144, t2145, t2146, t2147, t2148,
+        t2149, t2150, t2151, t2152, t2153, t2154, t2155, t2156, t2157, t2158, t2159, t2160, t2161, t2162, t2163, t2164,
+        t2165, t2166, t2167, t2168, t2169, t2170, t2171, t2172, t2173, t2174, t2175, t2176, t2177, t2178, t2179, t2180,
+        t2181, t2182, t2183, t2184, t2185, t2186, t2187, t2188, t2189, t2190, t2191, t2192, t2193, t2194, t2195, t2196,
+        t2197, t2198, t2199, t2200, t2201, t2202, t2203, t2204, t2205, t2206, t2207, t2208, t2209, t2210, t2211, t2212,
+        t2213, t2214, t2215, t2216, t2217, t2218, t2219, t2220, t2221, t2222, t2223, t2224, t2225, t2226, t2227, t2228,
+        t2229, t2230, t2231, t2232, t2233, t2234, t2235, t2236, t2237, t2238, t2239, t2240, t2241, t2242, t2243, t2244,
+        t2245, t2246, t2247, t2248, t2249_2250, t2251_2252, t2253_2254, t2255_2256, t2257, t2258, t2259, t2260, t2261,
+        t2262, t2263, t2264, t2265, t2266, t2267, t2268, t2269, t2270, t2271, t2272, t2273, t2274, t2275, t2276, t2277,
+        t2278, t2279, t2280, t2281, t2282, t2283, t2284, t2285, t2286, t2287, t2288, t2289, t2290, t2291, t2292, t2293,
+        t2294, t2295, t2296,
+    );
+    t2037 = t1706 - t2036;
+    t2038 = t1708 - t2037;
+    t2039 = t1966 * t1682; // factors of the mass matrix
+    t2040 = R::fused(t1966, t2039, t2031); // factors of the mass matrix
+    t2041 = R::fused(-t1681, t2039, t2032); // factors of the mass matrix
+    t2042 = t729_730.second() * t1821;
+    t2043 = R::fused(-t731_732.second(), t1823, t2042);
+    t2044 = R::fused(t727_728.second(), t1825, t2043);
+    t2045 = t1712 - t2044;
+    t2046 = t1714 - t2045;
+    t2047 = t1716 - t2046;
+    t2048 = R::fused(-t2038, t6, t2047); // factors of the mass matrix
+    t2049 = t762_763.second() * t1821;
+    t2050 = R::fused(-t764_765.second(), t1823, t2049);
+    t2051 = R::fused(t760_761.second(), t1825, t2050);
+    t2052 = t1721 + t2051;
+    t2053 = t1723 - t2052;
+    t2054 = t1727 + t2053;
+    t2055 = R::fused(-t2038, t770, t2054); // factors of the mass matrix
+    t2056 = R::fused(-t2048, t775, t2055); // factors of the mass matrix
+    t2057 = t788_789.second() * t1821;
+    t2058 = R::fused(-t790_791.second(), t1823, t2057);
+    t2059 = R::fused(-t1037_1038.second(), t1825, t2058);
+    t2060 = t1733 - t2059;
+    t2061 = t1735 - t2060;
+    t2062 = t1737 + t2061;
+    t2063 = R::fused(-t2038, t800, t2062); // factors of the mass matrix
+    t2064 = R::fused(-t2048, t817, t2063); // factors of the mass matrix
+    t2065 = R::fused(-t2056, t834, t2064); // factors of the mass matrix
+    t2066 = t828_829.second() * t1821;
+    t2067 = R::fused(t1115_1116.second(), t1823, t2066);
+    t2068 = R::fused(t565_566.second(), t1825, t2067);
+    t2069 = t1746 + t2068;
+    t2070 = t1748 - t2069;
+    t2071 = t1750 + t2070;
+    // factors of the mass matrix
+    t2072 = R::fused(t2038, t841, t2071);
+    t2073 = R::fused(t2048, t851, t2072);
+    t2074 = R::fused(-t2056, t859, t2073);
+    t2075 = R::fused(-t2065, t870, t2074);
+    // other
+    t2076 = t1039_1040.second() * t1823;
+    t2077 = t1821 * t1536;
+    t2078 = R::fused(t1823, t1537, t2077);
+    t2079 = R::fused(t1825, t1541, t2078);
+    t2080 = t1784 + t2079;
+    t2081 = t1786 - t2080;
+    t2082 = t1788 + t2081;
+    // factors of the mass matrix
+    t2083 = R::fused(-t2038, t1617, t2082);
+    t2084 = R::fused(t2048, t1634, t2083);
+    t2085 = R::fused(t2056, t1636, t2084);
+    t2086 = R::fused(t2065, t1647, t2085);
+    t2087 = R::fused(t2075, t1664, t2086);
+    t2088 = t1984 * t1882;
+    t2089 = R::fused(t1984, t2088, t2040);
+    t2090 = R::fused(t1881, t2088, t2041);
+    t2091 = R::constant(1.0) / t2089;
+    t2092 = t2038 * R::constant(481.7535830422739);
+    t2093 = R::fused(-t1499, t2092, t2029);
+    // other
+    t2094 = R::fused(t581_582.second(), t1821, t2076);
+    t2095 = R::fused(t1821, t639, -t2076);
+    t2096 = t1756 + t2094;
+    t2097 = t1756 - t2095;
+    t2098 = t1759 - t2096;
+    t2099 = t1761 + t2097;
+    t2100 = t1760 + t2098;
+    t2101 = t1762 + t2099;
+    // factors of the mass matrix
+    t2102 = R::fused(-t2038, t856, t2100);
+    t2103 = R::fused(t2038, t780, t2101);
+    t2104 = R::fused(-t2048, t874, t2102);
+    t2105 = R::fused(-t2048, t803, t2103);
+    t2106 = R::fused(-t2056, t900, t2104);
+    t2107 = R::fused(-t2056, t838, t2105);
+    t2108 = R::fused(-t2065, t917, t2106);
+    t2109 = R::fused(t2065, t868, t2107);
+    t2110 = R::fused(-t2075, t940, t2108);
+    t2111 = R::fused(-t2075, t915, t2109);
+    t2112 = R::fused(t2110, t1672, t2087);
+    t2113 = R::fused(-t2110, t990, t2111);
+    t2114 = R::fused(t2113, t1679, t2112);
+    t2115 = t2090 * t2091;
+    t2116 = R::fused(t2090, t2115, t1912);
+    t2117 = t2048 * t504;
+    t2118 = R::fused(t1506, t2117, t2093);
+    t2119 = t2056 * t777;
+    t2120 = R::fused(t1514, t2119, t2118);
+    // other
+    t2121 = t1821 * t1653;
+    t2122 = R::fused(-t1823, t1658, t2121);
+    t2123 = R::fused(-t1825, t1663, t2122);
+    t2124 = t1801 - t2123;
+    t2125 = t1803 - t2124;
+    t2126 = t1805 + t2125;
+    // factors of the mass matrix
+    t2127 = R::fused(t2038, t1744, t2126);
+    t2128 = R::fused(-t2048, t1757, t2127);
+    t2129 = R::fused(-t2056, t1780, t2128);
+    t2130 = R::fused(t2065, t1797, t2129);
+    t2131 = R::fused(-t2075, t1817, t2130);
+    t2132 = R::fused(-t2110, t1838, t2131);
+    t2133 = R::fused(t2113, t1847, t2132);
+    t2134 = R::fused(t2114, t1879, t2133);
+    t2135 = t2065 * t836;
+    t2136 = R::fused(-t1523, t2135, t2120);
+    // other
+    t2137 = t1821 * t1845;
+    t2138 = R::fused(-t1823, t1854, t2137);
+    t2139 = R::fused(t1825, t1860, t2138);
+    t2140 = t1990 + t2139;
+    t2141 = t1992 - t2140;
+    t2142 = t1994 + t2141;
+    // factors of the mass matrix
+    t2143 = R::fused(t2038, t1944, t2142);
+    t2144 = R::fused(t2048, t1967, t2143);
+    t2145 = R::fused(t2056, t1969, t2144);
+    t2146 = R::fused(t2065, t1985, t2145);
+    t2147 = R::fused(t2075, t2003, t2146);
+    t2148 = R::fused(t2110, t2020, t2147);
+    t2149 = R::fused(-t2113, t2030, t2148);
+    t2150 = R::fused(-t2114, t2039, t2149);
+    t2151 = R::fused(-t2134, t2088, t2150);
+    t2152 = t2075 * t873;
+    t2153 = R::fused(t1533, t2152, t2136);
+    // other
+    t2154 = t1821 * t1846;
+    t2155 = R::fused(-t1823, t1855, t2154);
+    t2156 = R::fused(t1825, t1861, t2155);
+    t2157 = R::fused(-t134, t2011, t2156);
+    t2158 = R::fused(t136, t2018, t2157);
+    t2159 = R::fused(-sin_q_right_hip_roll, t2028, t2158);
+    // factors of the mass matrix
+    t2160 = R::fused(-t2038, t2092, t2159);
+    t2161 = R::fused(-t2048, t2117, t2160);
+    t2162 = R::fused(-t2056, t2119, t2161);
+    t2163 = R::fused(-t2065, t2135, t2162);
+    t2164 = R::fused(-t2075, t2152, t2163);
+    t2165 = t2110 * t943;
+    t2166 = R::fused(-t1560, t2165, t2153);
+    t2167 = R::fused(-t2110, t2165, t2164);
+    t2168 = t1377 * t1568; // other
+    t2169 = R::fused(cos_q_right_hip_yaw, t1407, t2168); // other
+    t2170 = R::fused(sin_q_right_hip_yaw, t1403, t2169); // other
+    // solved by the factors
+    t2171 = R::fused(-t1340, t1634, t2170);
+    t2172 = R::fused(-t1636, t1353, t2171);
+    t2173 = R::fused(-t1647, t1368, t2172);
+    t2174 = R::fused(-t1664, t1375, t2173);
+    t2175 = R::fused(-t1672, t1385, t2174);
+    t2176 = R::fused(t1679, t1418, t2175);
+    t2177 = R::fused(-t1725, t2176, t1837);
+    t2178 = t2113 * t992; // factors of the mass matrix
+    t2179 = R::fused(-t1562, t2178, t2166); // factors of the mass matrix
+    t2180 = R::fused(t2113, t2178, t2167); // factors of the mass matrix
+    t2181 = t1378 * t1683; // other
+    t2182 = R::fused(t1377, t1659, t2181); // other
+    t2183 = t2114 * t1682; // factors of the mass matrix
+    t2184 = R::fused(-t1681, t2183, t2179); // factors of the mass matrix
+    t2185 = R::fused(t2114, t2183, t2180); // factors of the mass matrix
+    // other
+    t2186 = t1407 * t134;
+    t2187 = t2182 + t2186;
+    t2188 = t1403 * t136;
+    t2189 = t2187 - t2188;
+    t2190 = sin_q_right_hip_roll * t1396;
+    t2191 = t2189 - t2190;
+    // solved by the factors
+    t2192 = R::fused(-t1340, t1757, t2191);
+    t2193 = R::fused(-t1780, t1353, t2192);
+    t2194 = R::fused(t1797, t1368, t2193);
+    t2195 = R::fused(-t1817, t1375, t2194);
+    t2196 = R::fused(-t1838, t1385, t2195);
+    t2197 = R::fused(-t1847, t1418, t2196);
+    t2198 = R::fused(-t1879, t2176, t2197);
+    t2199 = R::fused(-t1911, t2198, t2177);
+    // other
+    t2200 = t1378 * t1812;
+    t2201 = R::fused(-t1387, t1814, t2200);
+    t2202 = R::fused(t1377, t1816, t2201);
+    t2203 = t2186 + t2202;
+    t2204 = t2188 - t2203;
+    t2205 = t2190 + t2204;
+    // solved by the factors
+    t2206 = R::fused(-t1340, t1967, t2205);
+    t2207 = R::fused(-t1969, t1353, t2206);
+    t2208 = R::fused(-t1985, t1368, t2207);
+    t2209 = R::fused(-t2003, t1375, t2208);
+    t2210 = R::fused(-t2020, t1385, t2209);
+    t2211 = R::fused(-t2030, t1418, t2210);
+    t2212 = R::fused(-t2039, t2176, t2211);
+    t2213 = R::fused(t2088, t2198, t2212);
+    t2214 = R::fused(t2115, t2213, t2199);
+    // other
+    t2215 = t1378 * t1821;
+    t2216 = R::fused(-t1387, t1823, t2215);
+    t2217 = R::fused(t1377, t1825, t2216);
+    t2218 = t2186 + t2217;
+    t2219 = t2188 - t2218;
+    t2220 = t2190 + t2219;
+    // solved by the factors
+    t2221 = R::fused(-t1340, t2117, t2220);
+    t2222 = R::fused(-t2119, t1353, t2221);
+    t2223 = R::fused(-t2135, t1368, t2222);
+    t2224 = R::fused(-t2152, t1375, t2223);
+    t2225 = R::fused(-t2165, t1385, t2224);
+    t2226 = R::fused(-t2178, t1418, t2225);
+    t2227 = R::fused(-t2183, t2176, t2226);
+    // other
+    t2228 = t1422 * t470;
+    t2229 = R::fused(t1465, t1047, t2228);
+    t2230 = R::fused(t1471, t1048, t2229);
+    t2231 = R::fused(-t1479, t1087, t2230);
+    t2232 = R::fused(t1485, t1112, t2231);
+    t2233 = R::fused(t1492, t1130, t2232);
+    t2234 = t988_989.first() - t2233;
+    t2235 = t2134 * t1882; // factors of the mass matrix
+    t2236 = R::fused(t1881, t2235, t2184); // factors of the mass matrix
+    t2237 = R::fused(t2134, t2235, t2185); // factors of the mass matrix
+    t2238 = R::fused(t2235, t2198, t2227); // solved by the factors
+    t2239 = t1208 * t1405;
+    // torso: wrench that its motion needs
+    t2240 = R::constant(2.444) * t67;
+    t2241 = t67 * R::constant(1.2449557904);
+    t2242 = R::fused(R::constant(19.0), t108, t2240);
+    t2243 = R::fused(R::constant(2.444), t108, t2241);
+    t2244 = t2242 + t1192_1193.second(); // left_hip_yaw_link: wrench handed to its parent
+    t2245 = t2244 + t1192_1193.first(); // right_hip_yaw_link: wrench handed to its parent
+    t2246 = tau_base_linear_y - t2245; // other
+    t2247 = R::fused(t2246, t1424, t2239); // other
+    t2248 = R::fused(-t1179, t1427, t2247); // other
+    // right_hip_yaw_link, left_hip_yaw_link: wrench handed to its parent
+    t2249_2250 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1152_1153;
+    t2251_2252 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1152_1153;
+    t2253_2254 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1150_1151, t2249_2250);
+    t2255_2256 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1150_1151, t2251_2252);
+    t2257 = t2243 - t2253_2254.second(); // left_hip_yaw_link: wrench handed to its parent
+    t2258 = t1205 + t2255_2256.second(); // left_hip_yaw_link: wrench handed to its parent
+    t2259 = t2258 + t2255_2256.first(); // right_hip_yaw_link: wrench handed to its parent
+    t2260 = R::fused(R::constant(0.075), t1175_1176.second(), t2257); // left_hip_yaw_link: wrench handed to its parent
+    t2261 = t2260 - t2253_2254.first(); // right_hip_yaw_link: wrench handed to its parent
+    t2262 = R::fused(R::constant(-0.075), t1175_1176.first(), t2261); // right_hip_yaw_link: wrench handed to its parent
+    // other
+    t2263 = tau_base_angular_y - t2259;
+    t2264 = tau_base_angular_x + t2262;
+    t2265 = R::fused(-t2264, t89, t2248);
+    t2266 = R::fused(t2263, t335, t2265);
+    t2267 = R::fused(-t1201, t364, t2266);
+    t2268 = t2234 - t2267;
+    // solved by the factors
+    t2269 = R::fused(t1542, t1224, t2268);
+    t2270 = R::fused(t1563, t1243, t2269);
+    t2271 = R::fused(t1572, t1263, t2270);
+    t2272 = R::fused(-t1589, t1293, t2271);
+    t2273 = R::fused(t1606, t1316, t2272);
+    t2274 = R::fused(-t1615, t1318, t2273);
+    t2275 = R::fused(-t1632, t1319, t2274);
+    // factors of the mass matrix
+    t2276 = t2151 * t2091;
+    t2277 = R::fused(t2090, t2276, t2236);
+    t2278 = R::fused(-t2151, t2276, t2237);
+    t2279 = R::constant(1.0) / t2278;
+    t2280 = R::fused(t2276, t2213, t2238); // solved by the factors
+    // other
+    t2281 = t1536 * t470;
+    t2282 = R::fused(-t1537, t1047, t2281);
+    t2283 = R::fused(t1541, t1048, t2282);
+    t2284 = R::fused(-t1578, t1087, t2283);
+    t2285 = R::fused(t1583, t1112, t2284);
+    t2286 = R::fused(-t1571, t1130, t2285);
+    t2287 = t1154_1155.first() - t2286;
+    t2288 = t1179 * t1568;
+    t2289 = R::fused(cos_q_right_hip_yaw, t2264, t2288);
+    t2290 = R::fused(sin_q_right_hip_yaw, t2263, t2289);
+    t2291 = t2287 - t2290;
+    // solved by the factors
+    t2292 = R::fused(t1617, t1224, t2291);
+    t2293 = R::fused(t1634, t1243, t2292);
+    t2294 = R::fused(t1636, t1263, t2293);
+    t2295 = R::fused(t1647, t1293, t2294);
+    t2296 = R::fused(t1664, t1316, t2295);
     let (
         t2297, t2298, t2299, t2300, t2301, t2302, t2303, t2304, t2305, t2306, t2307, t2308, t2309, t2310, t2311, t2312,
         t2313, t2314, t2315, t2316, t2317, t2318, t2319, t2320, t2321, t2322, t2323, t2324, t2325, t2326, t2327, t2328,
@@ -11273,277 +11322,275 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
         t2521, t2522, t2523, t2524, t2525, t2526, t2527, t2528, t2529, t2530, t2531, t2532, t2533, t2534, t2535, t2536,
         t2537, t2538, t2539, t2540, t2541, t2542, t2543, t2544, t2545, t2546, t2547, t2548, t2549, t2550, t2551, t2552,
     );
-    t2297 = R::fused(t1581, t1226, t2296);
-    t2298 = R::fused(t1590, t1268, t2297);
-    t2299 = R::fused(t1599, t1279, t2298);
-    t2300 = R::fused(t1608, t1280, t2299);
-    t2301 = R::fused(-t1621, t2300, t2282);
+    t2297 = R::fused(t1672, t1318, t2296);
+    t2298 = R::fused(t1679, t1319, t2297);
+    t2299 = R::fused(-t1725, t2298, t2275);
+    t2300 = t2277 * t2279; // factors of the mass matrix
+    t2301 = R::fused(t2277, t2300, t2116); // factors of the mass matrix
+    t2302 = R::constant(1.0) / t2301; // factors of the mass matrix
+    t2303 = R::fused(t2300, t2280, t2214);
     // other
-    t2302 = t1627 * t365;
-    t2303 = R::fused(t1632, t1019, t2302);
-    t2304 = R::fused(-t1638, t1111, t2303);
-    t2305 = R::fused(t1647, t1034, t2304);
-    t2306 = R::fused(-t1658, t1050, t2305);
-    t2307 = R::fused(t1667, t1054, t2306);
-    t2308 = t1195_1196.first() + t2307;
-    t2309 = t1093 * t1649;
-    t2310 = R::fused(t2236, t1641, t2309);
-    t2311 = t2262 * t231;
-    t2312 = t2310 + t2311;
-    t2313 = t2272 * t246;
-    t2314 = t2312 - t2313;
-    t2315 = sin_q_right_hip_roll * t1087;
+    t2304 = t1653 * t470;
+    t2305 = R::fused(t1658, t1047, t2304);
+    t2306 = R::fused(-t1663, t1048, t2305);
+    t2307 = R::fused(t1671, t1087, t2306);
+    t2308 = R::fused(-t1696, t1112, t2307);
+    t2309 = R::fused(t1701, t1130, t2308);
+    t2310 = t1079_1080.first() + t2309;
+    t2311 = t1208 * t1683;
+    t2312 = R::fused(t1179, t1659, t2311);
+    t2313 = t2264 * t134;
+    t2314 = t2312 + t2313;
+    t2315 = t2263 * t136;
     t2316 = t2314 - t2315;
-    t2317 = t2308 + t2316;
+    t2317 = sin_q_right_hip_roll * t1201;
+    t2318 = t2316 - t2317;
+    t2319 = t2310 + t2318;
     // solved by the factors
-    t2318 = R::fused(-t1677, t1130, t2317);
-    t2319 = R::fused(-t1688, t1161, t2318);
-    t2320 = R::fused(-t1700, t1193, t2319);
-    t2321 = R::fused(t1713, t1226, t2320);
-    t2322 = R::fused(-t1727, t1268, t2321);
-    t2323 = R::fused(-t1740, t1279, t2322);
-    t2324 = R::fused(t1753, t1280, t2323);
-    t2325 = R::fused(t1770, t2300, t2324);
-    t2326 = R::fused(t1789, t2325, t2301);
+    t2320 = R::fused(-t1744, t1224, t2319);
+    t2321 = R::fused(-t1757, t1243, t2320);
+    t2322 = R::fused(-t1780, t1263, t2321);
+    t2323 = R::fused(t1797, t1293, t2322);
+    t2324 = R::fused(-t1817, t1316, t2323);
+    t2325 = R::fused(-t1838, t1318, t2324);
+    t2326 = R::fused(t1847, t1319, t2325);
+    t2327 = R::fused(t1879, t2298, t2326);
+    t2328 = R::fused(t1911, t2327, t2299);
     // other
-    t2327 = t1795 * t365;
-    t2328 = R::fused(t1801, t1019, t2327);
-    t2329 = R::fused(t1807, t1111, t2328);
-    t2330 = R::fused(-t1814, t1034, t2329);
-    t2331 = R::fused(t1821, t1050, t2330);
-    t2332 = R::fused(-t1829, t1054, t2331);
-    t2333 = t1163_1164.first() - t2332;
-    t2334 = t1093 * t1792;
-    t2335 = R::fused(-t2225, t1798, t2334);
-    t2336 = R::fused(t2236, t1804, t2335);
-    t2337 = t2311 + t2336;
-    t2338 = t2313 - t2337;
-    t2339 = t2315 + t2338;
-    t2340 = t2333 - t2339;
+    t2329 = t1845 * t470;
+    t2330 = R::fused(t1854, t1047, t2329);
+    t2331 = R::fused(t1860, t1048, t2330);
+    t2332 = R::fused(-t1867, t1087, t2331);
+    t2333 = R::fused(t1877, t1112, t2332);
+    t2334 = R::fused(-t1888, t1130, t2333);
+    t2335 = t1025_1026.first() - t2334;
+    t2336 = t1208 * t1812;
+    t2337 = R::fused(-t2246, t1814, t2336);
+    t2338 = R::fused(t1179, t1816, t2337);
+    t2339 = t2313 + t2338;
+    t2340 = t2315 - t2339;
+    t2341 = t2317 + t2340;
+    t2342 = t2335 - t2341;
     // solved by the factors
-    t2341 = R::fused(-t1837, t1130, t2340);
-    t2342 = R::fused(t1846, t1161, t2341);
-    t2343 = R::fused(t1856, t1193, t2342);
-    t2344 = R::fused(t1867, t1226, t2343);
-    t2345 = R::fused(t1879, t1268, t2344);
-    t2346 = R::fused(t1891, t1279, t2345);
-    t2347 = R::fused(-t1903, t1280, t2346);
-    t2348 = R::fused(-t1918, t2300, t2347);
-    t2349 = R::fused(-t1934, t2325, t2348);
-    t2350 = R::fused(t1955, t2349, t2326);
+    t2343 = R::fused(-t1944, t1224, t2342);
+    t2344 = R::fused(t1967, t1243, t2343);
+    t2345 = R::fused(t1969, t1263, t2344);
+    t2346 = R::fused(t1985, t1293, t2345);
+    t2347 = R::fused(t2003, t1316, t2346);
+    t2348 = R::fused(t2020, t1318, t2347);
+    t2349 = R::fused(-t2030, t1319, t2348);
+    t2350 = R::fused(-t2039, t2298, t2349);
+    t2351 = R::fused(-t2088, t2327, t2350);
+    t2352 = R::fused(t2115, t2351, t2328);
     // other
-    t2351 = t1961 * t365;
-    t2352 = R::fused(t1967, t1019, t2351);
-    t2353 = R::fused(t1973, t1111, t2352);
-    t2354 = R::fused(t1980, t1034, t2353);
-    t2355 = R::fused(-t1987, t1050, t2354);
-    t2356 = R::fused(-t1995, t1054, t2355);
-    t2357 = t1132_1133.first() - t2356;
-    t2358 = t1093 * t1958;
-    t2359 = R::fused(-t2225, t1964, t2358);
-    t2360 = R::fused(t2236, t1970, t2359);
-    t2361 = t2311 + t2360;
-    t2362 = t2313 - t2361;
-    t2363 = t2315 + t2362;
-    t2364 = t2357 - t2363;
+    t2353 = t2302 * t2303;
+    t2354 = t2303 * t2353;
+    t2355 = t1846 * t470;
+    t2356 = R::fused(t1855, t1047, t2355);
+    t2357 = R::fused(t1861, t1048, t2356);
+    t2358 = R::fused(t2011, t1087, t2357);
+    t2359 = R::fused(-t2018, t1112, t2358);
+    t2360 = R::fused(-t2028, t1130, t2359);
+    t2361 = t1007_1008.first() - t2360;
+    t2362 = t1208 * t1821;
+    t2363 = R::fused(-t2246, t1823, t2362);
+    t2364 = R::fused(t1179, t1825, t2363);
+    t2365 = t2313 + t2364;
+    t2366 = t2315 - t2365;
+    t2367 = t2317 + t2366;
+    t2368 = t2361 - t2367;
     // solved by the factors
-    t2365 = R::fused(-t2003, t1130, t2364);
-    t2366 = R::fused(t2012, t1161, t2365);
-    t2367 = R::fused(t2022, t1193, t2366);
-    t2368 = R::fused(t2033, t1226, t2367);
-    t2369 = R::fused(t2045, t1268, t2368);
-    t2370 = R::fused(t2057, t1279, t2369);
-    t2371 = R::fused(-t2069, t1280, t2370);
-    t2372 = R::fused(-t2084, t2300, t2371);
-    t2373 = R::fused(-t2100, t2325, t2372);
-    t2374 = R::fused(t2117, t2349, t2373);
-    t2375 = R::fused(t2136, t2374, t2350);
+    t2369 = R::fused(-t2092, t1224, t2368);
+    t2370 = R::fused(t2117, t1243, t2369);
+    t2371 = R::fused(t2119, t1263, t2370);
+    t2372 = R::fused(t2135, t1293, t2371);
+    t2373 = R::fused(t2152, t1316, t2372);
+    t2374 = R::fused(t2165, t1318, t2373);
+    t2375 = R::fused(-t2178, t1319, t2374);
+    t2376 = R::fused(-t2183, t2298, t2375);
+    t2377 = R::fused(-t2235, t2327, t2376);
+    t2378 = R::fused(t2276, t2351, t2377);
+    t2379 = R::fused(t2300, t2378, t2352);
     // other
-    t2376 = t2208 * t2375;
-    t2377 = t2135 * t2206;
-    t2378 = R::fused(-t2377, t2374, t2376);
-    t2379 = t1954 * t2190;
-    t2380 = R::fused(-t2379, t2349, t2378);
-    t2381 = t1788 * t2175;
-    t2382 = R::fused(-t2381, t2325, t2380);
-    t2383 = t1620 * t2159;
-    t2384 = R::fused(t2383, t2300, t2382);
-    t2385 = R::fused(t1356, t1280, t2384);
-    t2386 = t814 * t1354;
-    t2387 = R::fused(t2386, t1279, t2385);
-    t2388 = t783 * t1347;
-    t2389 = R::fused(t2388, t1268, t2387);
-    t2390 = t725 * t1341;
-    t2391 = R::fused(t2390, t1226, t2389);
-    t2392 = t697 * t1336;
-    t2393 = R::fused(t2392, t1193, t2391);
-    t2394 = t1332 * t666;
-    t2395 = R::fused(t2394, t1161, t2393);
-    t2396 = t1378 - t2395;
-    t2397 = t2207 * t2208;
-    t2398 = R::fused(-t2206, t2377, t2397);
-    t2399 = R::fused(-t2190, t2379, t2398);
-    t2400 = R::fused(t2175, t2381, t2399);
-    t2401 = R::fused(t2159, t2383, t2400);
-    t2402 = R::fused(t1355, t1356, t2401);
-    t2403 = R::fused(-t1354, t2386, t2402);
-    t2404 = R::fused(-t1347, t2388, t2403);
-    t2405 = R::fused(-t1341, t2390, t2404);
-    t2406 = R::fused(-t1336, t2392, t2405);
-    t2407 = R::fused(-t1332, t2394, t2406);
-    t2408 = R::constant(1.0) / t2407;
-    t2409 = t2396 * t2408;
-    t2410 = t1368 * t1380;
-    t2411 = R::fused(t1317, t1387, t2410);
-    t2412 = R::fused(-t1290, t1395, t2411);
-    t2413 = R::fused(R::constant(0.273), sin_q_left_ankle_pitch, R::constant(0.15));
-    t2414 = R::fused(R::constant(0.315), t1321, t2413);
-    t2415 = R::fused(R::constant(-0.075), t1359, t2414);
-    t2416 = t1371 * t2415;
-    t2417 = R::fused(-t1330, t1307, t2416);
-    t2418 = R::fused(-t2417, t16, t2412);
-    t2419 = t1306 * t2415;
-    t2420 = R::fused(-t1359, t1307, t2419);
-    t2421 = R::fused(t2420, t335, t2418);
-    t2422 = t1309 * t2415;
-    t2423 = R::fused(t1361, t1307, t2422);
-    t2424 = R::fused(t2423, t338, t2421);
-    t2425 = R::fused(-t1462, R::constant(38.54028664338191), t2424); // solved by the factors
-    t2426 = sin_q_left_ankle_roll * R::constant(0.15);
-    t2427 = R::fused(-sin_q_left_ankle_roll, R::constant(0.032951945080091534), t2426); // solved by the factors
-    t2428 = R::fused(t1472, t2427, t2425); // solved by the factors
-    t2429 = sin_q_left_ankle_roll * t2413;
-    t2430 = R::fused(-t590_591.second(), R::constant(38.54028664338191), t2429); // solved by the factors
-    t2431 = R::fused(-t693, t2427, t2430); // solved by the factors
-    t2432 = R::fused(t1482, t2431, t2428); // solved by the factors
-    t2433 = sin_q_left_ankle_roll * t2414;
+    t2380 = t2279 * t2280;
+    t2381 = R::fused(-t2280, t2380, t2354);
+    t2382 = t2091 * t2213;
+    t2383 = R::fused(-t2213, t2382, t2381);
+    t2384 = t1882 * t2198;
+    t2385 = R::fused(t2198, t2384, t2383);
+    t2386 = t1682 * t2176;
+    t2387 = R::fused(t2176, t2386, t2385);
+    t2388 = R::fused(t1418, t1473, t2387);
+    t2389 = t943 * t1385;
+    t2390 = R::fused(-t1385, t2389, t2388);
+    t2391 = t873 * t1375;
+    t2392 = R::fused(-t1375, t2391, t2390);
+    t2393 = t836 * t1368;
+    t2394 = R::fused(-t1368, t2393, t2392);
+    t2395 = t777 * t1353;
+    t2396 = R::fused(-t1353, t2395, t2394);
+    t2397 = t1340 * t504;
+    t2398 = R::fused(-t1340, t2397, t2396);
+    t2399 = R::constant(1.0) / t2398;
+    t2400 = t1390 * t1405;
+    t2401 = R::fused(t1364, t1424, t2400);
+    t2402 = R::fused(-t1345, t1427, t2401);
+    t2403 = R::fused(R::constant(0.273), sin_q_left_ankle_pitch, R::constant(0.15));
+    t2404 = R::fused(R::constant(0.315), t1327, t2403);
+    t2405 = sin_q_left_ankle_roll * R::constant(0.15);
+    t2406 = R::fused(-sin_q_left_ankle_roll, R::constant(0.032951945080091534), t2405); // solved by the factors
+    t2407 = t1345 * t1568;
+    t2408 = t1390 * t1683;
+    t2409 = R::fused(t1345, t1659, t2408);
+    t2410 = t1390 * t1812;
+    t2411 = R::fused(-t1364, t1814, t2410);
+    t2412 = R::fused(t1345, t1816, t2411);
+    t2413 = sin_q_left_ankle_roll * t2403;
+    t2414 = R::fused(-t521_522.second(), R::constant(38.54028664338191), t2413); // solved by the factors
+    t2415 = cos_q_left_ankle_roll * t2403;
+    t2416 = R::fused(-t775, t2406, t2414); // solved by the factors
+    t2417 = t1390 * t1821;
+    t2418 = R::fused(-t1364, t1823, t2417);
+    t2419 = R::fused(t1345, t1825, t2418);
+    t2420 = R::fused(R::constant(-0.075), t1387, t2404);
+    t2421 = sin_q_left_ankle_roll * t2404;
+    t2422 = R::fused(-t679_680.second(), R::constant(38.54028664338191), t2421); // solved by the factors
+    t2423 = R::fused(-t817, t2406, t2422); // solved by the factors
+    t2424 = R::fused(-t834, t2416, t2423); // solved by the factors
+    t2425 = t2404 * t1356;
+    t2426 = R::fused(-sin_q_left_ankle_roll, t851, t1356); // solved by the factors
+    t2427 = R::fused(-t1350, t1342, t2425);
     // solved by the factors
-    t2434 = R::fused(-t592_593.second(), R::constant(38.54028664338191), t2433);
-    t2435 = R::fused(-t716, t2427, t2434);
-    t2436 = R::fused(-t720, t2431, t2435);
-    t2437 = R::fused(-t1493, t2436, t2432);
-    t2438 = t2414 * t1300; // other
-    t2439 = R::fused(-t1296, t1325, t2438); // other
-    t2440 = R::fused(-t753_754.second(), R::constant(38.54028664338191), t2439);
-    t2441 = R::fused(-t762, t2427, t2440);
-    t2442 = R::fused(t768, t2431, t2441);
-    t2443 = R::fused(t773, t2436, t2442);
-    t2444 = R::fused(-t1505, t2443, t2437);
-    t2445 = t2414 * t1309; // other
-    t2446 = R::fused(t1296, t1361, t2445); // other
-    t2447 = R::fused(-t620_621.second(), R::constant(38.54028664338191), t2446);
-    t2448 = R::fused(-t792, t2427, t2447);
-    t2449 = R::fused(-t796, t2431, t2448);
-    t2450 = R::fused(-t801, t2436, t2449);
-    t2451 = R::fused(t807, t2443, t2450);
-    t2452 = R::fused(-t1518, t2451, t2444);
-    t2453 = R::fused(R::constant(0.075), t1368, t2423); // other
-    t2454 = R::fused(-t623, R::constant(38.54028664338191), t2453);
-    t2455 = R::fused(t667, t2427, t2454);
-    t2456 = R::fused(t698, t2431, t2455);
-    t2457 = R::fused(-t726, t2436, t2456);
-    t2458 = R::fused(-t784, t2443, t2457);
-    t2459 = R::fused(t815, t2451, t2458);
-    t2460 = R::fused(t1530, t2459, t2452);
-    t2461 = t1290 * t1541; // other
-    t2462 = R::fused(cos_q_right_hip_yaw, t2417, t2461); // other
-    t2463 = R::fused(sin_q_right_hip_yaw, t2420, t2462); // other
-    t2464 = R::fused(-t1559, R::constant(38.54028664338191), t2463);
-    t2465 = R::fused(t1566, t2427, t2464);
-    t2466 = R::fused(t1573, t2431, t2465);
-    t2467 = R::fused(t1581, t2436, t2466);
-    t2468 = R::fused(-t1590, t2443, t2467);
-    t2469 = R::fused(t1599, t2451, t2468);
-    t2470 = R::fused(-t1608, t2459, t2469);
-    t2471 = R::fused(-t1621, t2470, t2460);
+    t2428 = R::fused(-t717_718.second(), R::constant(38.54028664338191), t2427);
+    t2429 = R::fused(-t851, t2406, t2428);
+    t2430 = R::fused(t859, t2416, t2429);
+    t2431 = R::fused(t870, t2424, t2430);
     // other
-    t2472 = t1368 * t1649;
-    t2473 = R::fused(t1290, t1641, t2472);
-    t2474 = t2417 * t231;
-    t2475 = t2473 + t2474;
-    t2476 = t2420 * t246;
-    t2477 = t2475 - t2476;
-    t2478 = sin_q_right_hip_roll * t2423;
-    t2479 = t2477 + t2478;
+    t2432 = t1401 * t2420;
+    t2433 = R::fused(-t1378, t1388, t2432);
+    t2434 = R::fused(-t2433, t89, t2402);
+    t2435 = R::fused(cos_q_right_hip_yaw, t2433, t2407);
+    t2436 = t1370 * t2420;
+    t2437 = R::fused(-t1387, t1388, t2436);
+    t2438 = R::fused(t2437, t335, t2434);
+    t2439 = R::fused(sin_q_right_hip_yaw, t2437, t2435);
     // solved by the factors
-    t2480 = R::fused(-t1676, R::constant(38.54028664338191), t2479);
-    t2481 = R::fused(t1688, t2427, t2480);
-    t2482 = R::fused(t1700, t2431, t2481);
-    t2483 = R::fused(-t1713, t2436, t2482);
-    t2484 = R::fused(-t1727, t2443, t2483);
-    t2485 = R::fused(t1740, t2451, t2484);
-    t2486 = R::fused(t1753, t2459, t2485);
-    t2487 = R::fused(-t1770, t2470, t2486);
-    t2488 = R::fused(-t1789, t2487, t2471);
+    t2440 = R::fused(-t1588, R::constant(38.54028664338191), t2439);
+    t2441 = R::fused(t1634, t2406, t2440);
+    t2442 = R::fused(t1636, t2416, t2441);
+    t2443 = R::fused(t1647, t2424, t2442);
+    t2444 = R::fused(-t1664, t2431, t2443);
+    t2445 = t1359 * t2420; // other
+    t2446 = R::fused(t1377, t1388, t2445); // other
+    t2447 = R::fused(t2446, t364, t2438); // other
+    t2448 = R::fused(-t1499, R::constant(38.54028664338191), t2447);
+    t2449 = R::fused(t1563, t2406, t2448);
+    t2450 = R::fused(t1572, t2416, t2449);
+    t2451 = R::fused(-t1589, t2424, t2450);
+    t2452 = R::fused(-t1606, t2431, t2451);
+    t2453 = t2404 * t1359; // other
+    t2454 = R::fused(t1350, t1377, t2453); // other
+    t2455 = R::fused(-t719_720.second(), R::constant(38.54028664338191), t2454);
+    t2456 = R::fused(-t874, t2406, t2455);
+    t2457 = R::fused(-t900, t2416, t2456);
+    t2458 = R::fused(-t917, t2424, t2457);
+    t2459 = R::fused(t940, t2431, t2458);
+    t2460 = R::fused(t1672, t2459, t2444);
+    t2461 = R::fused(-t1615, t2459, t2452);
+    t2462 = R::fused(R::constant(0.075), t1390, t2446); // other
+    t2463 = R::fused(-t753, R::constant(38.54028664338191), t2462);
+    t2464 = R::fused(t803, t2406, t2463);
+    t2465 = R::fused(t838, t2416, t2464);
+    t2466 = R::fused(-t868, t2424, t2465);
+    t2467 = R::fused(-t915, t2431, t2466);
+    t2468 = R::fused(t990, t2459, t2467);
+    t2469 = R::fused(-t1679, t2468, t2460);
+    t2470 = R::fused(t1632, t2468, t2461);
+    t2471 = R::fused(-t1725, t2469, t2470);
     // other
-    t2489 = t1368 * t1792;
-    t2490 = R::fused(-t1317, t1798, t2489);
-    t2491 = R::fused(t1290, t1804, t2490);
-    t2492 = t2474 + t2491;
-    t2493 = t2476 - t2492;
-    t2494 = t2478 - t2493;
+    t2472 = t2433 * t134;
+    t2473 = t2409 + t2472;
+    t2474 = t2472 + t2412;
+    t2475 = t2472 + t2419;
+    t2476 = t2437 * t136;
+    t2477 = t2473 - t2476;
+    t2478 = t2476 - t2474;
+    t2479 = t2476 - t2475;
+    t2480 = sin_q_right_hip_roll * t2446;
+    t2481 = t2477 + t2480;
+    t2482 = R::fused(-t1709, R::constant(38.54028664338191), t2481); // solved by the factors
+    t2483 = t2480 - t2478;
+    t2484 = t2480 - t2479;
     // solved by the factors
-    t2495 = R::fused(-t1836, R::constant(38.54028664338191), t2494);
-    t2496 = R::fused(-t1846, t2427, t2495);
-    t2497 = R::fused(-t1856, t2431, t2496);
-    t2498 = R::fused(-t1867, t2436, t2497);
-    t2499 = R::fused(t1879, t2443, t2498);
-    t2500 = R::fused(-t1891, t2451, t2499);
-    t2501 = R::fused(-t1903, t2459, t2500);
-    t2502 = R::fused(t1918, t2470, t2501);
-    t2503 = R::fused(-t1934, t2487, t2502);
-    t2504 = R::fused(-t1955, t2503, t2488);
+    t2485 = R::fused(-t1895, R::constant(38.54028664338191), t2483);
+    t2486 = R::fused(-t2038, R::constant(38.54028664338191), t2484);
+    t2487 = R::fused(t1757, t2406, t2482);
+    t2488 = R::fused(-t1967, t2406, t2485);
+    t2489 = R::fused(-t2117, t2406, t2486);
+    t2490 = R::fused(t1780, t2416, t2487);
+    t2491 = R::fused(-t1969, t2416, t2488);
+    t2492 = R::fused(-t2119, t2416, t2489);
+    t2493 = R::fused(-t1797, t2424, t2490);
+    t2494 = R::fused(-t1985, t2424, t2491);
+    t2495 = R::fused(-t2135, t2424, t2492);
+    t2496 = R::fused(-t1817, t2431, t2493);
+    t2497 = R::fused(t2003, t2431, t2494);
+    t2498 = R::fused(t2152, t2431, t2495);
+    t2499 = R::fused(t1838, t2459, t2496);
+    t2500 = R::fused(-t2020, t2459, t2497);
+    t2501 = R::fused(-t2165, t2459, t2498);
+    t2502 = R::fused(t1847, t2468, t2499);
+    t2503 = R::fused(-t2030, t2468, t2500);
+    t2504 = R::fused(-t2178, t2468, t2501);
+    t2505 = R::fused(-t1879, t2469, t2502);
+    t2506 = R::fused(t2039, t2469, t2503);
+    t2507 = R::fused(t2183, t2469, t2504);
+    t2508 = R::fused(-t1911, t2505, t2471);
+    t2509 = R::fused(-t2088, t2505, t2506);
+    t2510 = R::fused(-t2235, t2505, t2507);
+    t2511 = R::fused(-t2115, t2509, t2508);
+    t2512 = R::fused(t2276, t2509, t2510);
+    t2513 = R::fused(-t2300, t2512, t2511);
     // other
-    t2505 = t1368 * t1958;
-    t2506 = R::fused(-t1317, t1964, t2505);
-    t2507 = R::fused(t1290, t1970, t2506);
-    t2508 = t2474 + t2507;
-    t2509 = t2476 - t2508;
-    t2510 = t2478 - t2509;
-    // solved by the factors
-    t2511 = R::fused(-t2002, R::constant(38.54028664338191), t2510);
-    t2512 = R::fused(-t2012, t2427, t2511);
-    t2513 = R::fused(-t2022, t2431, t2512);
-    t2514 = R::fused(-t2033, t2436, t2513);
-    t2515 = R::fused(t2045, t2443, t2514);
-    t2516 = R::fused(-t2057, t2451, t2515);
-    t2517 = R::fused(-t2069, t2459, t2516);
-    t2518 = R::fused(t2084, t2470, t2517);
-    t2519 = R::fused(-t2100, t2487, t2518);
-    t2520 = R::fused(t2117, t2503, t2519);
-    t2521 = R::fused(-t2136, t2520, t2504);
-    // other
-    t2522 = t2521 * t2208;
-    t2523 = R::fused(t2520, t2377, t2522);
-    t2524 = R::fused(t2503, t2379, t2523);
-    t2525 = R::fused(t2487, t2381, t2524);
-    t2526 = R::fused(t2470, t2383, t2525);
-    t2527 = R::fused(-t2459, t1356, t2526);
-    t2528 = R::fused(t2451, t2386, t2527);
-    t2529 = R::fused(-t2443, t2388, t2528);
-    t2530 = R::fused(t2436, t2390, t2529);
-    t2531 = R::fused(t2431, t2392, t2530);
-    t2532 = R::fused(t2427, t2394, t2531);
-    t2533 = t2532 * t2408;
-    t2534 = t4 * t1368;
-    t2535 = R::fused(t34, t1317, t2534);
-    t2536 = R::fused(t50, t1290, t2535);
-    t2537 = R::fused(R::constant(9.81), t2536, t331_332.second());
-    t2538 = t1368 * t365;
-    t2539 = R::fused(t1317, t1019, t2538);
-    t2540 = R::fused(t1290, t1111, t2539);
-    t2541 = R::fused(-t2417, t1034, t2540);
-    t2542 = R::fused(t2420, t1050, t2541);
-    t2543 = R::fused(t2423, t1054, t2542);
-    t2544 = t2537 - t2543;
-    t2545 = t2138 * t2521;
-    t2546 = t2545 * t2375;
-    t2547 = t2135 * t2520;
-    t2548 = R::fused(t2547, t2374, t2546);
-    t2549 = t1954 * t2503;
-    t2550 = R::fused(t2549, t2349, t2548);
-    t2551 = t1788 * t2487;
-    t2552 = R::fused(-t2551, t2325, t2550);
+    t2514 = t2353 * t2379;
+    t2515 = R::fused(-t2380, t2378, t2514);
+    t2516 = R::fused(-t2382, t2351, t2515);
+    t2517 = R::fused(-t2384, t2327, t2516);
+    t2518 = R::fused(t2386, t2298, t2517);
+    t2519 = R::fused(t1473, t1319, t2518);
+    t2520 = R::fused(t2389, t1318, t2519);
+    t2521 = R::fused(t2391, t1316, t2520);
+    t2522 = R::fused(t2393, t1293, t2521);
+    t2523 = R::fused(t2395, t1263, t2522);
+    t2524 = R::fused(t2397, t1243, t2523);
+    t2525 = t1411 - t2524;
+    t2526 = t63 * t1390;
+    t2527 = R::fused(t90, t1364, t2526);
+    t2528 = R::fused(t93, t1345, t2527);
+    t2529 = R::fused(R::constant(9.81), t2528, t440_441.second());
+    t2530 = t1390 * t470;
+    t2531 = R::fused(t1364, t1047, t2530);
+    t2532 = R::fused(t1345, t1048, t2531);
+    t2533 = R::fused(-t2433, t1087, t2532);
+    t2534 = R::fused(t2437, t1112, t2533);
+    t2535 = R::fused(t2446, t1130, t2534);
+    t2536 = t2529 - t2535;
+    t2537 = t1682 * t2469;
+    t2538 = t992 * t2468;
+    t2539 = t943 * t2459;
+    t2540 = t873 * t2431;
+    t2541 = t836 * t2424;
+    t2542 = t777 * t2416;
+    t2543 = t504 * t2406;
+    t2544 = t1401 * t1405;
+    t2545 = R::fused(t1370, t1424, t2544);
+    t2546 = R::fused(t1359, t1427, t2545);
+    t2547 = t1378 * t1379;
+    t2548 = R::fused(-t1390, t2420, t2547);
+    t2549 = R::fused(-t2548, t89, t2546);
+    t2550 = t1387 * t1379;
+    t2551 = t1377 * t1379;
+    t2552 = R::fused(-t1364, t2420, t2550);
     let (
         t2553, t2554, t2555, t2556, t2557, t2558, t2559, t2560, t2561, t2562, t2563, t2564, t2565, t2566, t2567, t2568,
         t2569, t2570, t2571, t2572, t2573, t2574, t2575, t2576, t2577, t2578, t2579, t2580, t2581, t2582, t2583, t2584,
@@ -11562,271 +11609,276 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
         t2777, t2778, t2779, t2780, t2781, t2782, t2783, t2784, t2785, t2786, t2787, t2788, t2789, t2790, t2791, t2792,
         t2793, t2794, t2795, t2796, t2797, t2798, t2799, t2800, t2801, t2802, t2803, t2804, t2805, t2806, t2807, t2808,
     );
-    t2553 = t1620 * t2470;
-    t2554 = R::fused(t2553, t2300, t2552);
-    t2555 = t817 * t2459;
-    t2556 = R::fused(-t2555, t1280, t2554);
-    t2557 = t814 * t2451;
-    t2558 = R::fused(-t2557, t1279, t2556);
-    t2559 = t783 * t2443;
-    t2560 = R::fused(t2559, t1268, t2558);
-    t2561 = t725 * t2436;
-    t2562 = R::fused(-t2561, t1226, t2560);
-    t2563 = t697 * t2431;
-    t2564 = R::fused(-t2563, t1193, t2562);
-    t2565 = t666 * t2427;
-    t2566 = R::fused(-t2565, t1161, t2564);
-    t2567 = R::fused(R::constant(38.54028664338191), t1130, t2566);
-    t2568 = t2544 - t2567;
-    t2569 = R::fused(-t2396, t2533, t2568);
-    t2570 = t2521 * t2545;
-    t2571 = R::fused(-t2520, t2547, t2570);
-    t2572 = R::fused(-t2503, t2549, t2571);
-    t2573 = R::fused(t2487, t2551, t2572);
-    t2574 = R::fused(t2470, t2553, t2573);
-    t2575 = R::fused(t2459, t2555, t2574);
-    t2576 = R::fused(-t2451, t2557, t2575);
-    t2577 = R::fused(-t2443, t2559, t2576);
-    t2578 = R::fused(-t2436, t2561, t2577);
-    t2579 = R::fused(-t2431, t2563, t2578);
-    t2580 = R::fused(-t2427, t2565, t2579);
-    t2581 = t2580 - R::constant(3.083222931470553);
-    t2582 = R::fused(-t2532, t2533, t2581);
-    t2583 = R::constant(1.0) / t2582;
-    t2584 = t2569 * t2583;
-    t2585 = t1371 * t1380;
-    t2586 = R::fused(t1306, t1387, t2585);
-    t2587 = R::fused(t1309, t1395, t2586);
-    t2588 = t1330 * t1318;
-    t2589 = R::fused(-t1368, t2415, t2588);
-    t2590 = R::fused(-t2589, t16, t2587);
-    t2591 = t1359 * t1318;
-    t2592 = R::fused(-t1317, t2415, t2591);
-    t2593 = R::fused(t2592, t335, t2590);
-    t2594 = t1361 * t1318;
-    t2595 = R::fused(-t1290, t2415, t2594);
-    t2596 = R::fused(-t2595, t338, t2593);
-    t2597 = cos_q_left_ankle_roll * R::constant(0.15);
-    t2598 = R::fused(t2597, t1472, t2596); // solved by the factors
-    t2599 = cos_q_left_ankle_roll * t2413;
-    t2600 = R::fused(-t2597, t693, t2599); // solved by the factors
-    t2601 = R::fused(t1482, t2600, t2598); // solved by the factors
-    t2602 = cos_q_left_ankle_roll * t2414;
-    t2603 = R::fused(-t2597, t716, t2602); // solved by the factors
-    t2604 = R::fused(-t720, t2600, t2603); // solved by the factors
-    t2605 = R::fused(-t1493, t2604, t2601); // solved by the factors
-    t2606 = t1311 * t1325;
-    t2607 = R::fused(-t2414, t1313, t2606);
+    t2553 = R::fused(-t1345, t2420, t2551);
+    t2554 = R::fused(t2552, t335, t2549);
+    t2555 = R::fused(-t2553, t364, t2554);
+    t2556 = cos_q_left_ankle_roll * R::constant(0.15);
+    t2557 = R::fused(-t2556, t775, t2415); // solved by the factors
+    t2558 = R::fused(t2556, t1563, t2555); // solved by the factors
+    t2559 = R::fused(t1572, t2557, t2558); // solved by the factors
+    t2560 = cos_q_left_ankle_roll * t2404;
+    t2561 = R::fused(-t2556, t817, t2560); // solved by the factors
+    t2562 = R::fused(-t834, t2557, t2561); // solved by the factors
+    t2563 = R::fused(-t1589, t2562, t2559); // solved by the factors
+    t2564 = t1347 * t1342;
+    t2565 = R::fused(-t2404, t1349, t2564);
+    t2566 = t1347 * t1377;
+    t2567 = R::fused(-t2404, t1345, t2566);
     // solved by the factors
-    t2608 = R::fused(-t2597, t762, t2607);
-    t2609 = R::fused(t768, t2600, t2608);
-    t2610 = R::fused(t773, t2604, t2609);
-    t2611 = R::fused(-t1505, t2610, t2605);
-    t2612 = t1311 * t1361; // other
-    t2613 = R::fused(-t2414, t1290, t2612); // other
-    t2614 = R::fused(t2597, t792, t2613);
-    t2615 = R::fused(t796, t2600, t2614);
-    t2616 = R::fused(t801, t2604, t2615);
-    t2617 = R::fused(-t807, t2610, t2616);
-    t2618 = R::fused(t1518, t2617, t2611);
-    t2619 = R::fused(R::constant(-0.075), t1371, t2595); // other
-    t2620 = R::fused(-t2597, t667, t2619);
-    t2621 = R::fused(-t698, t2600, t2620);
-    t2622 = R::fused(t726, t2604, t2621);
-    t2623 = R::fused(t784, t2610, t2622);
-    t2624 = R::fused(t815, t2617, t2623);
-    t2625 = R::fused(-t1530, t2624, t2618);
-    t2626 = t1309 * t1541; // other
-    t2627 = R::fused(-cos_q_right_hip_yaw, t2589, t2626); // other
-    t2628 = R::fused(-sin_q_right_hip_yaw, t2592, t2627); // other
-    t2629 = R::fused(-t2597, t1566, t2628);
-    t2630 = R::fused(-t1573, t2600, t2629);
-    t2631 = R::fused(-t1581, t2604, t2630);
-    t2632 = R::fused(t1590, t2610, t2631);
-    t2633 = R::fused(t1599, t2617, t2632);
-    t2634 = R::fused(-t1608, t2624, t2633);
-    t2635 = R::fused(t1621, t2634, t2625);
+    t2568 = t1342 + t841;
+    t2569 = R::fused(-t6, t851, t2568);
+    t2570 = R::fused(-t2556, t851, t2565);
+    t2571 = R::fused(t2556, t874, t2567);
+    t2572 = R::fused(t859, t2557, t2570);
+    t2573 = R::fused(t900, t2557, t2571);
+    t2574 = R::fused(t870, t2562, t2572);
+    t2575 = R::fused(t917, t2562, t2573);
+    t2576 = R::fused(-t940, t2574, t2575);
+    t2577 = R::fused(-t1606, t2574, t2563);
+    t2578 = R::fused(t1615, t2576, t2577);
+    t2579 = t2091 * t2509; // other
+    t2580 = t1882 * t2505; // other
+    t2581 = R::fused(R::constant(-0.075), t1401, t2553); // other
+    t2582 = R::fused(-t2556, t803, t2581);
+    t2583 = R::fused(-t838, t2557, t2582);
+    t2584 = R::fused(t868, t2562, t2583);
+    t2585 = R::fused(t915, t2574, t2584);
+    t2586 = R::fused(t990, t2576, t2585);
+    t2587 = R::fused(-t1632, t2586, t2578);
     // other
-    t2636 = t1371 * t1649;
-    t2637 = R::fused(-t1309, t1641, t2636);
-    t2638 = t2589 * t231;
-    t2639 = t2637 + t2638;
-    t2640 = t2592 * t246;
-    t2641 = t2639 - t2640;
-    t2642 = sin_q_right_hip_roll * t2595;
+    t2588 = t2279 * t2512;
+    t2589 = t1359 * t1568;
+    t2590 = R::fused(-cos_q_right_hip_yaw, t2548, t2589);
+    t2591 = R::fused(-sin_q_right_hip_yaw, t2552, t2590);
+    // solved by the factors
+    t2592 = R::fused(-t2556, t1634, t2591);
+    t2593 = R::fused(-t1636, t2557, t2592);
+    t2594 = R::fused(-t1647, t2562, t2593);
+    t2595 = R::fused(t1664, t2574, t2594);
+    t2596 = R::fused(t1672, t2576, t2595);
+    t2597 = R::fused(-t1679, t2586, t2596);
+    t2598 = R::fused(t1725, t2597, t2587);
+    // other
+    t2599 = t2513 * t2353;
+    t2600 = R::fused(t2512, t2380, t2599);
+    t2601 = R::fused(t2509, t2382, t2600);
+    t2602 = R::fused(t2505, t2384, t2601);
+    t2603 = R::fused(t2469, t2386, t2602);
+    t2604 = R::fused(-t2468, t1473, t2603);
+    t2605 = R::fused(t2459, t2389, t2604);
+    t2606 = R::fused(-t2431, t2391, t2605);
+    t2607 = R::fused(t2424, t2393, t2606);
+    t2608 = R::fused(t2416, t2395, t2607);
+    t2609 = R::fused(t2406, t2397, t2608);
+    t2610 = t2525 * t2399;
+    t2611 = t2302 * t2513;
+    t2612 = t2513 * t2611;
+    t2613 = R::fused(-t2512, t2588, t2612);
+    t2614 = R::fused(-t2509, t2579, t2613);
+    t2615 = R::fused(t2505, t2580, t2614);
+    t2616 = R::fused(t2469, t2537, t2615);
+    t2617 = R::fused(t2468, t2538, t2616);
+    t2618 = R::fused(-t2459, t2539, t2617);
+    t2619 = R::fused(-t2431, t2540, t2618);
+    t2620 = R::fused(-t2424, t2541, t2619);
+    t2621 = R::fused(-t2416, t2542, t2620);
+    t2622 = R::fused(-t2406, t2543, t2621);
+    t2623 = t2622 - R::constant(3.083222931470553);
+    t2624 = t2611 * t2379;
+    t2625 = R::fused(t2588, t2378, t2624);
+    t2626 = R::fused(t2579, t2351, t2625);
+    t2627 = R::fused(-t2580, t2327, t2626);
+    t2628 = R::fused(t2537, t2298, t2627);
+    t2629 = R::fused(-t2538, t1319, t2628);
+    t2630 = R::fused(-t2539, t1318, t2629);
+    t2631 = R::fused(t2540, t1316, t2630);
+    t2632 = R::fused(-t2541, t1293, t2631);
+    t2633 = R::fused(-t2542, t1263, t2632);
+    t2634 = R::fused(-t2543, t1243, t2633);
+    t2635 = R::fused(R::constant(38.54028664338191), t1224, t2634);
+    t2636 = t2536 - t2635;
+    t2637 = R::constant(481.7535830422739) * t1224;
+    t2638 = t1401 * t1683;
+    t2639 = R::fused(-t1359, t1659, t2638);
+    t2640 = t2548 * t134;
+    t2641 = t2639 + t2640;
+    t2642 = t2552 * t136;
     t2643 = t2641 - t2642;
+    t2644 = sin_q_right_hip_roll * t2553;
+    t2645 = t2643 - t2644;
     // solved by the factors
-    t2644 = R::fused(t2597, t1688, t2643);
-    t2645 = R::fused(t1700, t2600, t2644);
-    t2646 = R::fused(-t1713, t2604, t2645);
-    t2647 = R::fused(-t1727, t2610, t2646);
-    t2648 = R::fused(-t1740, t2617, t2647);
-    t2649 = R::fused(-t1753, t2624, t2648);
-    t2650 = R::fused(t1770, t2634, t2649);
-    t2651 = R::fused(-t1789, t2650, t2635);
+    t2646 = R::fused(t2556, t1757, t2645);
+    t2647 = R::fused(t1780, t2557, t2646);
+    t2648 = R::fused(-t1797, t2562, t2647);
+    t2649 = R::fused(-t1817, t2574, t2648);
+    t2650 = R::fused(-t1838, t2576, t2649);
+    t2651 = R::fused(-t1847, t2586, t2650);
+    t2652 = R::fused(t1879, t2597, t2651);
+    t2653 = R::fused(-t1911, t2652, t2598);
     // other
-    t2652 = t1371 * t1792;
-    t2653 = R::fused(-t1306, t1798, t2652);
-    t2654 = R::fused(-t1309, t1804, t2653);
-    t2655 = t2638 + t2654;
-    t2656 = t2640 - t2655;
-    t2657 = t2642 + t2656;
+    t2654 = t1401 * t1812;
+    t2655 = R::fused(-t1370, t1814, t2654);
+    t2656 = R::fused(-t1359, t1816, t2655);
+    t2657 = t2640 + t2656;
+    t2658 = t2642 - t2657;
+    t2659 = t2644 + t2658;
     // solved by the factors
-    t2658 = R::fused(t2597, t1846, t2657);
-    t2659 = R::fused(t1856, t2600, t2658);
-    t2660 = R::fused(t1867, t2604, t2659);
-    t2661 = R::fused(-t1879, t2610, t2660);
-    t2662 = R::fused(-t1891, t2617, t2661);
-    t2663 = R::fused(-t1903, t2624, t2662);
-    t2664 = R::fused(t1918, t2634, t2663);
-    t2665 = R::fused(t1934, t2650, t2664);
-    t2666 = R::fused(t1955, t2665, t2651);
+    t2660 = R::fused(t2556, t1967, t2659);
+    t2661 = R::fused(t1969, t2557, t2660);
+    t2662 = R::fused(t1985, t2562, t2661);
+    t2663 = R::fused(-t2003, t2574, t2662);
+    t2664 = R::fused(-t2020, t2576, t2663);
+    t2665 = R::fused(-t2030, t2586, t2664);
+    t2666 = R::fused(t2039, t2597, t2665);
+    t2667 = R::fused(t2088, t2652, t2666);
+    t2668 = R::fused(t2115, t2667, t2653);
     // other
-    t2667 = t1371 * t1958;
-    t2668 = R::fused(-t1306, t1964, t2667);
-    t2669 = R::fused(-t1309, t1970, t2668);
-    t2670 = t2638 + t2669;
-    t2671 = t2640 - t2670;
-    t2672 = t2642 + t2671;
+    t2669 = t1401 * t1821;
+    t2670 = R::fused(-t1370, t1823, t2669);
+    t2671 = R::fused(-t1359, t1825, t2670);
+    t2672 = t2640 + t2671;
+    t2673 = t2642 - t2672;
+    t2674 = t2644 + t2673;
     // solved by the factors
-    t2673 = R::fused(t2597, t2012, t2672);
-    t2674 = R::fused(t2022, t2600, t2673);
-    t2675 = R::fused(t2033, t2604, t2674);
-    t2676 = R::fused(-t2045, t2610, t2675);
-    t2677 = R::fused(-t2057, t2617, t2676);
-    t2678 = R::fused(-t2069, t2624, t2677);
-    t2679 = R::fused(t2084, t2634, t2678);
-    t2680 = R::fused(t2100, t2650, t2679);
-    t2681 = R::fused(t2117, t2665, t2680);
-    t2682 = R::fused(t2136, t2681, t2666);
+    t2675 = R::fused(t2556, t2117, t2674);
+    t2676 = R::fused(t2119, t2557, t2675);
+    t2677 = R::fused(t2135, t2562, t2676);
+    t2678 = R::fused(-t2152, t2574, t2677);
+    t2679 = R::fused(-t2165, t2576, t2678);
+    t2680 = R::fused(-t2178, t2586, t2679);
+    t2681 = R::fused(t2183, t2597, t2680);
+    t2682 = R::fused(t2235, t2652, t2681);
+    t2683 = R::fused(t2276, t2667, t2682);
+    t2684 = R::fused(t2300, t2683, t2668);
     // other
-    t2683 = t2682 * t2545;
-    t2684 = R::fused(t2681, t2547, t2683);
-    t2685 = R::fused(t2665, t2549, t2684);
-    t2686 = R::fused(t2650, t2551, t2685);
-    t2687 = R::fused(-t2634, t2553, t2686);
-    t2688 = R::fused(-t2624, t2555, t2687);
-    t2689 = R::fused(t2617, t2557, t2688);
-    t2690 = R::fused(-t2610, t2559, t2689);
-    t2691 = R::fused(-t2604, t2561, t2690);
-    t2692 = R::fused(-t2600, t2563, t2691);
-    t2693 = R::fused(-t2597, t2565, t2692);
-    t2694 = t2682 * t2208;
-    t2695 = R::fused(-t2681, t2377, t2694);
-    t2696 = R::fused(-t2665, t2379, t2695);
-    t2697 = R::fused(t2650, t2381, t2696);
-    t2698 = R::fused(-t2634, t2383, t2697);
-    t2699 = R::fused(t2624, t1356, t2698);
-    t2700 = R::fused(-t2617, t2386, t2699);
-    t2701 = R::fused(-t2610, t2388, t2700);
-    t2702 = R::fused(t2604, t2390, t2701);
-    t2703 = R::fused(t2600, t2392, t2702);
-    t2704 = R::fused(t2597, t2394, t2703);
-    t2705 = t2704 * t2408;
-    t2706 = R::fused(-t2532, t2705, t2693);
-    t2707 = t2706 * t2583;
-    t2708 = t4 * t1371;
-    t2709 = R::fused(t34, t1306, t2708);
-    t2710 = R::fused(-t50, t1309, t2709);
-    t2711 = R::fused(R::constant(9.81), t2710, -t359_360.second());
-    t2712 = t1371 * t365;
-    t2713 = R::fused(t1306, t1019, t2712);
-    t2714 = R::fused(-t1309, t1111, t2713);
-    t2715 = R::fused(-t2589, t1034, t2714);
-    t2716 = R::fused(t2592, t1050, t2715);
-    t2717 = R::fused(-t2595, t1054, t2716);
-    t2718 = t2711 - t2717;
-    t2719 = t2138 * t2682;
-    t2720 = t2719 * t2375;
-    t2721 = t2135 * t2681;
-    t2722 = R::fused(-t2721, t2374, t2720);
-    t2723 = t1954 * t2665;
-    t2724 = R::fused(-t2723, t2349, t2722);
-    t2725 = t1788 * t2650;
-    t2726 = R::fused(-t2725, t2325, t2724);
-    t2727 = t1620 * t2634;
-    t2728 = R::fused(-t2727, t2300, t2726);
-    t2729 = t817 * t2624;
-    t2730 = R::fused(t2729, t1280, t2728);
-    t2731 = t814 * t2617;
-    t2732 = R::fused(t2731, t1279, t2730);
-    t2733 = t783 * t2610;
-    t2734 = R::fused(t2733, t1268, t2732);
-    t2735 = t725 * t2604;
-    t2736 = R::fused(-t2735, t1226, t2734);
-    t2737 = t697 * t2600;
-    t2738 = R::fused(-t2737, t1193, t2736);
-    t2739 = t2597 * t666;
-    t2740 = R::fused(-t2739, t1161, t2738);
-    t2741 = t2718 - t2740;
-    t2742 = R::fused(-t2396, t2705, t2741);
-    t2743 = R::fused(-t2569, t2707, t2742);
-    t2744 = t2682 * t2719;
-    t2745 = R::fused(-t2681, t2721, t2744);
-    t2746 = R::fused(-t2665, t2723, t2745);
-    t2747 = R::fused(t2650, t2725, t2746);
-    t2748 = R::fused(t2634, t2727, t2747);
-    t2749 = R::fused(t2624, t2729, t2748);
-    t2750 = R::fused(-t2617, t2731, t2749);
-    t2751 = R::fused(-t2610, t2733, t2750);
-    t2752 = R::fused(-t2604, t2735, t2751);
-    t2753 = R::fused(-t2600, t2737, t2752);
-    t2754 = R::fused(-t2597, t2739, t2753);
-    t2755 = R::fused(-t2704, t2705, t2754);
-    t2756 = R::fused(-t2706, t2707, t2755);
-    t2757 = R::constant(1.0) / t2756;
-    t2758 = t2743 * t2757;
-    t2759 = t1330 * t16;
-    t2760 = R::fused(-t1359, t335, t2759);
-    t2761 = R::fused(t1361, t338, t2760);
+    t2685 = t63 * t1401;
+    t2686 = R::fused(t90, t1370, t2685);
+    t2687 = R::fused(-t93, t1359, t2686);
+    t2688 = R::fused(R::constant(9.81), t2687, -t420_421.second());
+    t2689 = t2609 * t2399;
+    t2690 = R::fused(-t2609, t2689, t2623);
+    t2691 = R::constant(1.0) / t2690;
+    t2692 = R::fused(-t2525, t2689, t2636);
+    t2693 = t1401 * t470;
+    t2694 = R::fused(t1370, t1047, t2693);
+    t2695 = R::fused(-t1359, t1048, t2694);
+    t2696 = R::fused(-t2548, t1087, t2695);
+    t2697 = R::fused(t2552, t1112, t2696);
+    t2698 = R::fused(-t2553, t1130, t2697);
+    t2699 = t2688 - t2698;
+    t2700 = t1682 * t2597;
+    t2701 = t992 * t2586;
+    t2702 = t943 * t2576;
+    t2703 = t873 * t2574;
+    t2704 = t836 * t2562;
+    t2705 = t777 * t2557;
+    t2706 = t2556 * t504;
+    t2707 = t1378 * t89;
+    t2708 = R::fused(-t1387, t335, t2707);
+    t2709 = R::fused(t1377, t364, t2708);
     // solved by the factors
-    t2762 = t1463 - t2761;
-    t2763 = R::fused(t663, t1472, t2762);
-    t2764 = R::fused(-t663, t693, t690);
-    t2765 = R::fused(t1482, t2764, t2763);
-    t2766 = R::fused(-t663, t716, t713);
-    t2767 = R::fused(-t720, t2764, t2766);
-    t2768 = R::fused(-t1493, t2767, t2765);
-    t2769 = t1325 + t755;
-    t2770 = R::fused(-t663, t762, t2769);
-    t2771 = R::fused(t768, t2764, t2770);
-    t2772 = R::fused(t773, t2767, t2771);
-    t2773 = R::fused(-t1505, t2772, t2768);
-    t2774 = t1361 - t789;
-    t2775 = R::fused(t663, t792, t2774);
-    t2776 = R::fused(t796, t2764, t2775);
-    t2777 = R::fused(t801, t2767, t2776);
-    t2778 = R::fused(-t807, t2772, t2777);
-    t2779 = R::fused(t1518, t2778, t2773);
-    t2780 = t1361 - t624;
-    t2781 = R::fused(-t663, t667, t2780);
-    t2782 = R::fused(-t698, t2764, t2781);
-    t2783 = R::fused(t726, t2767, t2782);
-    t2784 = R::fused(t784, t2772, t2783);
-    t2785 = R::fused(t815, t2778, t2784);
-    t2786 = R::fused(-t1530, t2785, t2779);
-    t2787 = cos_q_right_hip_yaw * t1330; // other
-    t2788 = R::fused(sin_q_right_hip_yaw, t1359, t2787); // other
-    t2789 = t1560 + t2788;
-    t2790 = R::fused(t663, t1566, t2789);
-    t2791 = R::fused(t1573, t2764, t2790);
-    t2792 = R::fused(t1581, t2767, t2791);
-    t2793 = R::fused(-t1590, t2772, t2792);
-    t2794 = R::fused(-t1599, t2778, t2793);
-    t2795 = R::fused(t1608, t2785, t2794);
-    t2796 = R::fused(-t1621, t2795, t2786);
-    t2797 = t1330 * t231; // other
-    t2798 = R::fused(-t1359, t246, t2797); // other
-    t2799 = R::fused(-sin_q_right_hip_roll, t1361, t2798); // other
-    t2800 = t1677 + t2799;
-    t2801 = R::fused(t663, t1688, t2800);
-    t2802 = R::fused(t1700, t2764, t2801);
-    t2803 = R::fused(-t1713, t2767, t2802);
-    t2804 = R::fused(-t1727, t2772, t2803);
-    t2805 = R::fused(-t1740, t2778, t2804);
-    t2806 = R::fused(-t1753, t2785, t2805);
-    t2807 = R::fused(-t1770, t2795, t2806);
-    t2808 = R::fused(-t1789, t2807, t2796);
+    t2710 = t1542 - t2709;
+    t2711 = R::fused(t6, t1563, t2710);
+    t2712 = R::fused(-t6, t775, t770);
+    t2713 = R::fused(t859, t2712, t2569);
+    t2714 = R::fused(t1572, t2712, t2711);
+    t2715 = R::fused(-t6, t817, t800);
+    t2716 = R::fused(-t834, t2712, t2715);
+    t2717 = R::fused(t870, t2716, t2713);
+    t2718 = R::fused(-t1589, t2716, t2714);
+    t2719 = R::fused(-t1606, t2717, t2718);
+    t2720 = t1377 - t856;
+    t2721 = R::fused(t6, t874, t2720);
+    t2722 = R::fused(t900, t2712, t2721);
+    t2723 = R::fused(t917, t2716, t2722);
+    t2724 = R::fused(-t940, t2717, t2723);
+    t2725 = R::fused(t1615, t2724, t2719);
+    t2726 = t1377 - t780;
+    t2727 = R::fused(-t6, t803, t2726);
+    t2728 = R::fused(-t838, t2712, t2727);
+    t2729 = R::fused(t868, t2716, t2728);
+    t2730 = R::fused(t915, t2717, t2729);
+    t2731 = R::fused(t990, t2724, t2730);
+    t2732 = R::fused(-t1632, t2731, t2725);
+    t2733 = t1882 * t2652; // other
+    t2734 = cos_q_right_hip_yaw * t1378; // other
+    t2735 = R::fused(sin_q_right_hip_yaw, t1387, t2734); // other
+    t2736 = t1617 + t2735;
+    t2737 = R::fused(t6, t1634, t2736);
+    t2738 = R::fused(t1636, t2712, t2737);
+    t2739 = R::fused(t1647, t2716, t2738);
+    t2740 = R::fused(-t1664, t2717, t2739);
+    t2741 = R::fused(-t1672, t2724, t2740);
+    t2742 = R::fused(t1679, t2731, t2741);
+    t2743 = R::fused(-t1725, t2742, t2732);
+    // other
+    t2744 = t2692 * t2691;
+    t2745 = t1378 * t134;
+    t2746 = R::fused(-t1387, t136, t2745);
+    t2747 = R::fused(-sin_q_right_hip_roll, t1377, t2746);
+    t2748 = t1378 * t1087;
+    t2749 = R::fused(-t1387, t1112, t2748);
+    t2750 = R::fused(t1377, t1130, t2749);
+    t2751 = t400_401.second() - t2750;
+    t2752 = t873 * t2717;
+    t2753 = t836 * t2716;
+    t2754 = t777 * t2712;
+    t2755 = t6 * t504;
+    t2756 = t1401 * t89;
+    t2757 = R::fused(-t1370, t335, t2756);
+    t2758 = R::fused(-t1359, t364, t2757);
+    t2759 = R::fused(-sin_q_left_ankle_roll, t1563, t2758); // solved by the factors
+    t2760 = t943 * t2724;
+    // solved by the factors
+    t2761 = R::fused(-sin_q_left_ankle_roll, t775, sin_q_left_ankle_roll);
+    t2762 = R::fused(t859, t2761, t2426);
+    t2763 = R::fused(-t1572, t2761, t2759);
+    t2764 = R::fused(-sin_q_left_ankle_roll, t817, sin_q_left_ankle_roll);
+    t2765 = R::fused(-t834, t2761, t2764);
+    t2766 = R::fused(t870, t2765, t2762);
+    t2767 = R::fused(t1589, t2765, t2763);
+    t2768 = R::fused(t1606, t2766, t2767);
+    t2769 = t2091 * t2667; // other
+    t2770 = t1744 + t2747;
+    t2771 = R::fused(t6, t1757, t2770);
+    t2772 = R::fused(t1780, t2712, t2771);
+    t2773 = R::fused(-t1797, t2716, t2772);
+    t2774 = R::fused(-t1817, t2717, t2773);
+    t2775 = R::fused(-t1838, t2724, t2774);
+    t2776 = R::fused(-t1847, t2731, t2775);
+    t2777 = R::fused(-t1879, t2742, t2776);
+    t2778 = R::fused(-t1911, t2777, t2743);
+    t2779 = t1944 + t2747;
+    t2780 = t2092 + t2747;
+    t2781 = R::fused(-t6, t1967, t2779);
+    t2782 = R::fused(-t6, t2117, t2780);
+    t2783 = R::fused(-t1969, t2712, t2781);
+    t2784 = R::fused(-t2119, t2712, t2782);
+    t2785 = R::fused(-t1985, t2716, t2783);
+    t2786 = R::fused(-t2135, t2716, t2784);
+    t2787 = R::fused(t2003, t2717, t2785);
+    t2788 = R::fused(t2152, t2717, t2786);
+    t2789 = R::fused(t2020, t2724, t2787);
+    t2790 = R::fused(t2165, t2724, t2788);
+    t2791 = R::fused(t2030, t2731, t2789);
+    t2792 = R::fused(t2178, t2731, t2790);
+    t2793 = R::fused(t2039, t2742, t2791);
+    t2794 = R::fused(t2183, t2742, t2792);
+    t2795 = R::fused(-t2088, t2777, t2793);
+    t2796 = R::fused(-t2235, t2777, t2794);
+    t2797 = R::fused(-t2115, t2795, t2778);
+    t2798 = R::fused(t2276, t2795, t2796);
+    t2799 = R::fused(-t2300, t2798, t2797);
+    // other
+    t2800 = t2684 * t2611;
+    t2801 = R::fused(t2683, t2588, t2800);
+    t2802 = R::fused(t2667, t2579, t2801);
+    t2803 = R::fused(t2652, t2580, t2802);
+    t2804 = R::fused(-t2597, t2537, t2803);
+    t2805 = R::fused(-t2586, t2538, t2804);
+    t2806 = R::fused(t2576, t2539, t2805);
+    t2807 = R::fused(-t2574, t2540, t2806);
+    t2808 = R::fused(-t2562, t2541, t2807);
     let (
         t2809, t2810, t2811, t2812, t2813, t2814, t2815, t2816, t2817, t2818, t2819, t2820, t2821, t2822, t2823, t2824,
         t2825, t2826, t2827, t2828, t2829, t2830, t2831, t2832, t2833, t2834, t2835, t2836, t2837, t2838, t2839, t2840,
@@ -11845,265 +11897,272 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
         t3033, t3034, t3035, t3036, t3037, t3038, t3039, t3040, t3041, t3042, t3043, t3044, t3045, t3046, t3047, t3048,
         t3049, t3050, t3051, t3052, t3053, t3054, t3055, t3056, t3057, t3058, t3059, t3060, t3061, t3062, t3063, t3064,
     );
-    t2809 = t1837 + t2799;
-    t2810 = R::fused(-t663, t1846, t2809);
-    t2811 = R::fused(-t1856, t2764, t2810);
-    t2812 = R::fused(-t1867, t2767, t2811);
-    t2813 = R::fused(t1879, t2772, t2812);
-    t2814 = R::fused(t1891, t2778, t2813);
-    t2815 = R::fused(t1903, t2785, t2814);
-    t2816 = R::fused(t1918, t2795, t2815);
-    t2817 = R::fused(-t1934, t2807, t2816);
-    t2818 = R::fused(-t1955, t2817, t2808);
-    t2819 = t2003 + t2799;
-    t2820 = R::fused(-t663, t2012, t2819);
-    t2821 = R::fused(-t2022, t2764, t2820);
-    t2822 = R::fused(-t2033, t2767, t2821);
-    t2823 = R::fused(t2045, t2772, t2822);
-    t2824 = R::fused(t2057, t2778, t2823);
-    t2825 = R::fused(t2069, t2785, t2824);
-    t2826 = R::fused(t2084, t2795, t2825);
-    t2827 = R::fused(-t2100, t2807, t2826);
-    t2828 = R::fused(t2117, t2817, t2827);
-    t2829 = R::fused(-t2136, t2828, t2818);
-    // other
-    t2830 = t2829 * t2719;
-    t2831 = R::fused(t2828, t2721, t2830);
-    t2832 = R::fused(t2817, t2723, t2831);
-    t2833 = R::fused(t2807, t2725, t2832);
-    t2834 = R::fused(-t2795, t2727, t2833);
-    t2835 = R::fused(t2785, t2729, t2834);
-    t2836 = R::fused(-t2778, t2731, t2835);
-    t2837 = R::fused(-t2772, t2733, t2836);
-    t2838 = R::fused(-t2767, t2735, t2837);
-    t2839 = R::fused(-t2764, t2737, t2838);
-    t2840 = R::fused(-t663, t2739, t2839);
-    t2841 = t2829 * t2208;
-    t2842 = R::fused(t2828, t2377, t2841);
-    t2843 = R::fused(t2817, t2379, t2842);
-    t2844 = R::fused(t2807, t2381, t2843);
-    t2845 = R::fused(t2795, t2383, t2844);
-    t2846 = R::fused(t2785, t1356, t2845);
-    t2847 = R::fused(-t2778, t2386, t2846);
-    t2848 = R::fused(-t2772, t2388, t2847);
-    t2849 = R::fused(t2767, t2390, t2848);
-    t2850 = R::fused(t2764, t2392, t2849);
-    t2851 = R::fused(t663, t2394, t2850);
-    t2852 = t2851 * t2408;
-    t2853 = R::fused(-t2704, t2852, t2840);
-    t2854 = t2829 * t2545;
-    t2855 = R::fused(-t2828, t2547, t2854);
-    t2856 = R::fused(-t2817, t2549, t2855);
-    t2857 = R::fused(t2807, t2551, t2856);
-    t2858 = R::fused(t2795, t2553, t2857);
-    t2859 = R::fused(-t2785, t2555, t2858);
-    t2860 = R::fused(t2778, t2557, t2859);
-    t2861 = R::fused(-t2772, t2559, t2860);
-    t2862 = R::fused(-t2767, t2561, t2861);
-    t2863 = R::fused(-t2764, t2563, t2862);
-    t2864 = R::fused(-t663, t2565, t2863);
-    t2865 = R::constant(38.54028664338191) + t2864;
-    t2866 = R::fused(-t2532, t2852, t2865);
-    t2867 = t2866 * t2583;
-    t2868 = R::fused(-t2706, t2867, t2853);
-    t2869 = t2868 * t2757;
-    t2870 = t1330 * t1034;
-    t2871 = R::fused(-t1359, t1050, t2870);
-    t2872 = R::fused(t1361, t1054, t2871);
-    t2873 = t323_324.second() - t2872;
-    t2874 = t2138 * t2829;
-    t2875 = t2874 * t2375;
-    t2876 = t2135 * t2828;
-    t2877 = R::fused(t2876, t2374, t2875);
-    t2878 = t1954 * t2817;
-    t2879 = R::fused(t2878, t2349, t2877);
-    t2880 = t1788 * t2807;
-    t2881 = R::fused(-t2880, t2325, t2879);
-    t2882 = t1620 * t2795;
-    t2883 = R::fused(t2882, t2300, t2881);
-    t2884 = t817 * t2785;
-    t2885 = R::fused(t2884, t1280, t2883);
-    t2886 = t814 * t2778;
-    t2887 = R::fused(t2886, t1279, t2885);
-    t2888 = t783 * t2772;
-    t2889 = R::fused(t2888, t1268, t2887);
-    t2890 = t725 * t2767;
-    t2891 = R::fused(-t2890, t1226, t2889);
-    t2892 = t697 * t2764;
-    t2893 = R::fused(-t2892, t1193, t2891);
-    t2894 = t663 * t666;
-    t2895 = R::fused(-t2894, t1161, t2893);
-    t2896 = R::constant(481.7535830422739) * t1130;
-    t2897 = t2895 - t2896;
-    t2898 = t2873 + t2897;
-    t2899 = R::fused(t2396, t2852, t2898);
-    t2900 = R::fused(t2569, t2867, t2899);
-    t2901 = R::fused(t2743, t2869, t2900);
-    t2902 = t2829 * t2874;
-    t2903 = R::fused(-t2828, t2876, t2902);
-    t2904 = R::fused(-t2817, t2878, t2903);
-    t2905 = R::fused(t2807, t2880, t2904);
-    t2906 = R::fused(t2795, t2882, t2905);
-    t2907 = R::fused(t2785, t2884, t2906);
-    t2908 = R::fused(-t2778, t2886, t2907);
-    t2909 = R::fused(-t2772, t2888, t2908);
-    t2910 = R::fused(-t2767, t2890, t2909);
-    t2911 = R::fused(-t2764, t2892, t2910);
-    t2912 = R::fused(-t663, t2894, t2911);
-    t2913 = R::constant(481.7535830422739) - t2912;
-    t2914 = R::fused(t2851, t2852, t2913);
-    t2915 = R::fused(t2866, t2867, t2914);
-    t2916 = R::fused(t2868, t2869, t2915);
-    t2917 = R::constant(1.0) / t2916;
-    t2918 = t2901 * t2917;
-    t2919 = t1371 * t16;
-    t2920 = R::fused(-t1306, t335, t2919);
-    t2921 = R::fused(-t1309, t338, t2920);
+    t2809 = R::fused(-t2557, t2542, t2808);
+    t2810 = R::fused(-t2556, t2543, t2809);
+    t2811 = t2684 * t2353;
+    t2812 = R::fused(-t2683, t2380, t2811);
+    t2813 = R::fused(-t2667, t2382, t2812);
+    t2814 = R::fused(t2652, t2384, t2813);
+    t2815 = R::fused(-t2597, t2386, t2814);
+    t2816 = R::fused(t2586, t1473, t2815);
+    t2817 = R::fused(-t2576, t2389, t2816);
+    t2818 = R::fused(-t2574, t2391, t2817);
+    t2819 = R::fused(t2562, t2393, t2818);
+    t2820 = R::fused(t2557, t2395, t2819);
+    t2821 = R::fused(t2556, t2397, t2820);
+    t2822 = t2302 * t2684;
+    t2823 = t2684 * t2822;
+    t2824 = t2279 * t2683;
+    t2825 = R::fused(-t2683, t2824, t2823);
+    t2826 = R::fused(-t2667, t2769, t2825);
+    t2827 = R::fused(t2652, t2733, t2826);
+    t2828 = R::fused(t2597, t2700, t2827);
+    t2829 = R::fused(t2586, t2701, t2828);
+    t2830 = R::fused(-t2576, t2702, t2829);
+    t2831 = R::fused(-t2574, t2703, t2830);
+    t2832 = R::fused(-t2562, t2704, t2831);
+    t2833 = R::fused(-t2557, t2705, t2832);
+    t2834 = R::fused(-t2556, t2706, t2833);
+    t2835 = t2822 * t2379;
+    t2836 = R::fused(-t2824, t2378, t2835);
+    t2837 = R::fused(-t2769, t2351, t2836);
+    t2838 = R::fused(-t2733, t2327, t2837);
+    t2839 = R::fused(-t2700, t2298, t2838);
+    t2840 = R::fused(t2701, t1319, t2839);
+    t2841 = R::fused(t2702, t1318, t2840);
+    t2842 = R::fused(t2703, t1316, t2841);
+    t2843 = R::fused(-t2704, t1293, t2842);
+    t2844 = R::fused(-t2705, t1263, t2843);
+    t2845 = R::fused(-t2706, t1243, t2844);
+    t2846 = t2699 - t2845;
+    t2847 = t1882 * t2777;
+    t2848 = t1682 * t2742;
+    t2849 = t992 * t2731;
     // solved by the factors
-    t2922 = R::fused(-sin_q_left_ankle_roll, t1472, t2921);
-    t2923 = R::fused(-sin_q_left_ankle_roll, t693, sin_q_left_ankle_roll);
-    t2924 = R::fused(-t1482, t2923, t2922);
-    t2925 = R::fused(-sin_q_left_ankle_roll, t716, sin_q_left_ankle_roll);
-    t2926 = R::fused(-t720, t2923, t2925);
-    t2927 = R::fused(t1493, t2926, t2924);
-    t2928 = R::fused(-sin_q_left_ankle_roll, t762, t1300);
-    t2929 = R::fused(t768, t2923, t2928);
-    t2930 = R::fused(t773, t2926, t2929);
-    t2931 = R::fused(t1505, t2930, t2927);
-    t2932 = R::fused(-sin_q_left_ankle_roll, t792, t1309);
-    t2933 = R::fused(-t796, t2923, t2932);
-    t2934 = R::fused(-t801, t2926, t2933);
-    t2935 = R::fused(t807, t2930, t2934);
-    t2936 = R::fused(t1518, t2935, t2931);
-    t2937 = R::fused(sin_q_left_ankle_roll, t667, t1309);
-    t2938 = R::fused(t698, t2923, t2937);
-    t2939 = R::fused(-t726, t2926, t2938);
-    t2940 = R::fused(-t784, t2930, t2939);
-    t2941 = R::fused(t815, t2935, t2940);
-    t2942 = R::fused(-t1530, t2941, t2936);
-    t2943 = cos_q_right_hip_yaw * t1371; // other
-    t2944 = R::fused(sin_q_right_hip_yaw, t1306, t2943); // other
-    t2945 = R::fused(sin_q_left_ankle_roll, t1566, t2944);
-    t2946 = R::fused(t1573, t2923, t2945);
-    t2947 = R::fused(t1581, t2926, t2946);
-    t2948 = R::fused(-t1590, t2930, t2947);
-    t2949 = R::fused(t1599, t2935, t2948);
-    t2950 = R::fused(-t1608, t2941, t2949);
-    t2951 = R::fused(t1621, t2950, t2942);
-    t2952 = t1371 * t231; // other
-    t2953 = R::fused(-t1306, t246, t2952); // other
-    t2954 = R::fused(sin_q_right_hip_roll, t1309, t2953); // other
-    t2955 = R::fused(sin_q_left_ankle_roll, t1688, t2954);
-    t2956 = R::fused(t1700, t2923, t2955);
-    t2957 = R::fused(-t1713, t2926, t2956);
-    t2958 = R::fused(-t1727, t2930, t2957);
-    t2959 = R::fused(t1740, t2935, t2958);
-    t2960 = R::fused(t1753, t2941, t2959);
-    t2961 = R::fused(-t1770, t2950, t2960);
-    t2962 = R::fused(t1789, t2961, t2951);
-    t2963 = R::fused(-sin_q_left_ankle_roll, t1846, t2954);
-    t2964 = R::fused(-t1856, t2923, t2963);
-    t2965 = R::fused(-t1867, t2926, t2964);
-    t2966 = R::fused(t1879, t2930, t2965);
-    t2967 = R::fused(-t1891, t2935, t2966);
-    t2968 = R::fused(-t1903, t2941, t2967);
-    t2969 = R::fused(t1918, t2950, t2968);
-    t2970 = R::fused(-t1934, t2961, t2969);
-    t2971 = R::fused(t1955, t2970, t2962);
-    t2972 = R::fused(-sin_q_left_ankle_roll, t2012, t2954);
-    t2973 = R::fused(-t2022, t2923, t2972);
-    t2974 = R::fused(-t2033, t2926, t2973);
-    t2975 = R::fused(t2045, t2930, t2974);
-    t2976 = R::fused(-t2057, t2935, t2975);
-    t2977 = R::fused(-t2069, t2941, t2976);
-    t2978 = R::fused(t2084, t2950, t2977);
-    t2979 = R::fused(-t2100, t2961, t2978);
-    t2980 = R::fused(t2117, t2970, t2979);
-    t2981 = R::fused(t2136, t2980, t2971);
+    t2850 = R::fused(-sin_q_left_ankle_roll, t874, t1359);
+    t2851 = R::fused(-t900, t2761, t2850);
+    t2852 = R::fused(-t917, t2765, t2851);
+    t2853 = R::fused(t940, t2766, t2852);
+    t2854 = R::fused(t1615, t2853, t2768);
+    t2855 = t2091 * t2795; // other
+    t2856 = R::fused(sin_q_left_ankle_roll, t803, t1359);
+    t2857 = R::fused(t838, t2761, t2856);
+    t2858 = R::fused(-t868, t2765, t2857);
+    t2859 = R::fused(-t915, t2766, t2858);
+    t2860 = R::fused(t990, t2853, t2859);
+    t2861 = R::fused(-t1632, t2860, t2854);
     // other
-    t2982 = t2981 * t2874;
-    t2983 = R::fused(t2980, t2876, t2982);
-    t2984 = R::fused(t2970, t2878, t2983);
-    t2985 = R::fused(-t2961, t2880, t2984);
-    t2986 = R::fused(-t2950, t2882, t2985);
-    t2987 = R::fused(t2941, t2884, t2986);
-    t2988 = R::fused(-t2935, t2886, t2987);
-    t2989 = R::fused(t2930, t2888, t2988);
-    t2990 = R::fused(t2926, t2890, t2989);
-    t2991 = R::fused(t2923, t2892, t2990);
-    t2992 = R::fused(sin_q_left_ankle_roll, t2894, t2991);
-    t2993 = t2981 * t2208;
-    t2994 = R::fused(-t2980, t2377, t2993);
-    t2995 = R::fused(-t2970, t2379, t2994);
-    t2996 = R::fused(-t2961, t2381, t2995);
-    t2997 = R::fused(-t2950, t2383, t2996);
-    t2998 = R::fused(t2941, t1356, t2997);
-    t2999 = R::fused(-t2935, t2386, t2998);
-    t3000 = R::fused(t2930, t2388, t2999);
-    t3001 = R::fused(-t2926, t2390, t3000);
-    t3002 = R::fused(-t2923, t2392, t3001);
-    t3003 = R::fused(-sin_q_left_ankle_roll, t2394, t3002);
-    t3004 = t3003 * t2408;
-    t3005 = R::fused(-t2851, t3004, t2992);
-    t3006 = t2981 * t2545;
-    t3007 = R::fused(t2980, t2547, t3006);
-    t3008 = R::fused(t2970, t2549, t3007);
-    t3009 = R::fused(-t2961, t2551, t3008);
-    t3010 = R::fused(-t2950, t2553, t3009);
-    t3011 = R::fused(-t2941, t2555, t3010);
-    t3012 = R::fused(t2935, t2557, t3011);
-    t3013 = R::fused(t2930, t2559, t3012);
-    t3014 = R::fused(t2926, t2561, t3013);
-    t3015 = R::fused(t2923, t2563, t3014);
-    t3016 = R::fused(sin_q_left_ankle_roll, t2565, t3015);
-    t3017 = R::fused(-t2532, t3004, t3016);
-    t3018 = t3017 * t2583;
-    t3019 = R::fused(-t2866, t3018, t3005);
-    t3020 = t2981 * t2719;
-    t3021 = R::fused(-t2980, t2721, t3020);
-    t3022 = R::fused(-t2970, t2723, t3021);
-    t3023 = R::fused(-t2961, t2725, t3022);
-    t3024 = R::fused(t2950, t2727, t3023);
-    t3025 = R::fused(t2941, t2729, t3024);
-    t3026 = R::fused(-t2935, t2731, t3025);
-    t3027 = R::fused(t2930, t2733, t3026);
-    t3028 = R::fused(t2926, t2735, t3027);
-    t3029 = R::fused(t2923, t2737, t3028);
-    t3030 = R::fused(sin_q_left_ankle_roll, t2739, t3029);
-    t3031 = R::fused(-t2704, t3004, t3030);
-    t3032 = R::fused(-t2706, t3018, t3031);
-    t3033 = t3032 * t2757;
-    t3034 = R::fused(-t2868, t3033, t3019);
-    t3035 = t3034 * t2917;
-    t3036 = t1371 * t1034;
-    t3037 = R::fused(-t1306, t1050, t3036);
-    t3038 = R::fused(-t1309, t1054, t3037);
-    t3039 = t274_275.second() - t3038;
-    t3040 = t2138 * t2981;
-    t3041 = t3040 * t2375;
-    t3042 = t2135 * t2980;
-    t3043 = R::fused(-t3042, t2374, t3041);
-    t3044 = t1954 * t2970;
-    t3045 = R::fused(-t3044, t2349, t3043);
-    t3046 = t1788 * t2961;
-    t3047 = R::fused(t3046, t2325, t3045);
-    t3048 = t1620 * t2950;
-    t3049 = R::fused(-t3048, t2300, t3047);
-    t3050 = t817 * t2941;
-    t3051 = R::fused(t3050, t1280, t3049);
-    t3052 = t814 * t2935;
-    t3053 = R::fused(t3052, t1279, t3051);
-    t3054 = t783 * t2930;
-    t3055 = R::fused(-t3054, t1268, t3053);
-    t3056 = t725 * t2926;
-    t3057 = R::fused(t3056, t1226, t3055);
-    t3058 = t697 * t2923;
-    t3059 = R::fused(t3058, t1193, t3057);
-    t3060 = sin_q_left_ankle_roll * t666;
-    t3061 = R::fused(t3060, t1161, t3059);
-    t3062 = t3039 - t3061;
-    t3063 = R::fused(-t2396, t3004, t3062);
-    t3064 = R::fused(-t2569, t3018, t3063);
+    t2862 = t992 * t2860;
+    t2863 = t2279 * t2798;
+    t2864 = cos_q_right_hip_yaw * t1401;
+    t2865 = R::fused(sin_q_right_hip_yaw, t1370, t2864);
+    // solved by the factors
+    t2866 = R::fused(sin_q_left_ankle_roll, t1634, t2865);
+    t2867 = R::fused(t1636, t2761, t2866);
+    t2868 = R::fused(t1647, t2765, t2867);
+    t2869 = R::fused(-t1664, t2766, t2868);
+    t2870 = R::fused(t1672, t2853, t2869);
+    t2871 = R::fused(-t1679, t2860, t2870);
+    t2872 = R::fused(t1725, t2871, t2861);
+    // other
+    t2873 = t2799 * t2822;
+    t2874 = R::fused(t2798, t2824, t2873);
+    t2875 = R::fused(t2795, t2769, t2874);
+    t2876 = R::fused(t2777, t2733, t2875);
+    t2877 = R::fused(-t2742, t2700, t2876);
+    t2878 = R::fused(t2731, t2701, t2877);
+    t2879 = R::fused(-t2724, t2702, t2878);
+    t2880 = R::fused(-t2717, t2703, t2879);
+    t2881 = R::fused(-t2716, t2704, t2880);
+    t2882 = R::fused(-t2712, t2705, t2881);
+    t2883 = R::fused(-t6, t2706, t2882);
+    t2884 = t2799 * t2353;
+    t2885 = R::fused(t2798, t2380, t2884);
+    t2886 = R::fused(t2795, t2382, t2885);
+    t2887 = R::fused(t2777, t2384, t2886);
+    t2888 = R::fused(t2742, t2386, t2887);
+    t2889 = R::fused(t2731, t1473, t2888);
+    t2890 = R::fused(-t2724, t2389, t2889);
+    t2891 = R::fused(-t2717, t2391, t2890);
+    t2892 = R::fused(t2716, t2393, t2891);
+    t2893 = R::fused(t2712, t2395, t2892);
+    t2894 = R::fused(t6, t2397, t2893);
+    t2895 = t2799 * t2611;
+    t2896 = R::fused(-t2798, t2588, t2895);
+    t2897 = R::fused(-t2795, t2579, t2896);
+    t2898 = R::fused(t2777, t2580, t2897);
+    t2899 = R::fused(t2742, t2537, t2898);
+    t2900 = R::fused(-t2731, t2538, t2899);
+    t2901 = R::fused(t2724, t2539, t2900);
+    t2902 = R::fused(-t2717, t2540, t2901);
+    t2903 = R::fused(-t2716, t2541, t2902);
+    t2904 = R::fused(-t2712, t2542, t2903);
+    t2905 = R::fused(-t6, t2543, t2904);
+    t2906 = R::constant(38.54028664338191) + t2905;
+    t2907 = t2821 * t2399;
+    t2908 = R::fused(-t2609, t2907, t2810);
+    t2909 = R::fused(-t2821, t2907, t2834);
+    t2910 = R::fused(-t2525, t2907, t2846);
+    t2911 = t2302 * t2799;
+    t2912 = t2799 * t2911;
+    t2913 = R::fused(-t2798, t2863, t2912);
+    t2914 = R::fused(-t2795, t2855, t2913);
+    t2915 = R::fused(t2777, t2847, t2914);
+    t2916 = R::fused(t2742, t2848, t2915);
+    t2917 = R::fused(t2731, t2849, t2916);
+    t2918 = R::fused(-t2724, t2760, t2917);
+    t2919 = R::fused(-t2717, t2752, t2918);
+    t2920 = R::fused(-t2716, t2753, t2919);
+    t2921 = R::fused(-t2712, t2754, t2920);
+    t2922 = R::fused(-t6, t2755, t2921);
+    t2923 = R::constant(481.7535830422739) - t2922;
+    t2924 = t2908 * t2691;
+    t2925 = R::fused(-t2908, t2924, t2909);
+    t2926 = R::fused(-t2692, t2924, t2910);
+    t2927 = R::constant(1.0) / t2925;
+    t2928 = t2911 * t2379;
+    t2929 = R::fused(t2863, t2378, t2928);
+    t2930 = R::fused(t2855, t2351, t2929);
+    t2931 = R::fused(-t2847, t2327, t2930);
+    t2932 = R::fused(t2848, t2298, t2931);
+    t2933 = R::fused(t2849, t1319, t2932);
+    t2934 = R::fused(t2760, t1318, t2933);
+    t2935 = R::fused(t2752, t1316, t2934);
+    t2936 = R::fused(-t2753, t1293, t2935);
+    t2937 = R::fused(-t2754, t1263, t2936);
+    t2938 = R::fused(-t2755, t1243, t2937);
+    t2939 = t2938 - t2637;
+    t2940 = t2751 + t2939;
+    t2941 = t1401 * t134;
+    t2942 = R::fused(-t1370, t136, t2941);
+    t2943 = R::fused(sin_q_right_hip_roll, t1359, t2942);
+    t2944 = t1401 * t1087;
+    t2945 = R::fused(-t1370, t1112, t2944);
+    t2946 = R::fused(-t1359, t1130, t2945);
+    t2947 = t344_345.second() - t2946;
+    t2948 = t2926 * t2927;
+    t2949 = t1682 * t2871;
+    t2950 = t1682 * t2298;
+    t2951 = t943 * t2853;
+    t2952 = t943 * t1318;
+    t2953 = t873 * t2766;
+    t2954 = t873 * t1316;
+    t2955 = t836 * t2765;
+    t2956 = t836 * t1293;
+    t2957 = t777 * t2761;
+    t2958 = t777 * t1263;
+    t2959 = sin_q_left_ankle_roll * t504;
+    t2960 = t504 * t1243;
+    t2961 = t2302 * t2379;
+    t2962 = t2279 * t2378;
+    t2963 = t2091 * t2351;
+    t2964 = t1882 * t2327;
+    // solved by the factors
+    t2965 = R::fused(sin_q_left_ankle_roll, t1757, t2943);
+    t2966 = R::fused(t1780, t2761, t2965);
+    t2967 = R::fused(-t1797, t2765, t2966);
+    t2968 = R::fused(-t1817, t2766, t2967);
+    t2969 = R::fused(t1838, t2853, t2968);
+    t2970 = R::fused(t1847, t2860, t2969);
+    t2971 = R::fused(-t1879, t2871, t2970);
+    t2972 = R::fused(t1911, t2971, t2872);
+    // other
+    t2973 = t1882 * t2971;
+    t2974 = t2894 * t2399;
+    t2975 = R::fused(-t2821, t2974, t2883);
+    t2976 = R::fused(-t2609, t2974, t2906);
+    t2977 = R::fused(t2894, t2974, t2923);
+    t2978 = R::fused(t2525, t2974, t2940);
+    // solved by the factors
+    t2979 = R::fused(-sin_q_left_ankle_roll, t1967, t2943);
+    t2980 = R::fused(-sin_q_left_ankle_roll, t2117, t2943);
+    t2981 = R::fused(-t1969, t2761, t2979);
+    t2982 = R::fused(-t2119, t2761, t2980);
+    t2983 = R::fused(-t1985, t2765, t2981);
+    t2984 = R::fused(-t2135, t2765, t2982);
+    t2985 = R::fused(t2003, t2766, t2983);
+    t2986 = R::fused(t2152, t2766, t2984);
+    t2987 = R::fused(-t2020, t2853, t2985);
+    t2988 = R::fused(-t2165, t2853, t2986);
+    t2989 = R::fused(-t2030, t2860, t2987);
+    t2990 = R::fused(-t2178, t2860, t2988);
+    t2991 = R::fused(t2039, t2871, t2989);
+    t2992 = R::fused(t2183, t2871, t2990);
+    t2993 = R::fused(-t2088, t2971, t2991);
+    t2994 = R::fused(-t2235, t2971, t2992);
+    t2995 = R::fused(t2115, t2993, t2972);
+    t2996 = R::fused(t2276, t2993, t2994);
+    t2997 = t2091 * t2993; // other
+    t2998 = R::fused(t2300, t2996, t2995);
+    // other
+    t2999 = t2279 * t2996;
+    t3000 = t2302 * t2998;
+    t3001 = t3000 * t2379;
+    t3002 = R::fused(-t2999, t2378, t3001);
+    t3003 = R::fused(-t2997, t2351, t3002);
+    t3004 = R::fused(t2973, t2327, t3003);
+    t3005 = R::fused(-t2949, t2298, t3004);
+    t3006 = R::fused(t2862, t1319, t3005);
+    t3007 = R::fused(t2951, t1318, t3006);
+    t3008 = R::fused(-t2953, t1316, t3007);
+    t3009 = R::fused(t2955, t1293, t3008);
+    t3010 = R::fused(t2957, t1263, t3009);
+    t3011 = R::fused(t2959, t1243, t3010);
+    t3012 = t2947 - t3011;
+    t3013 = t2976 * t2691;
+    t3014 = R::fused(-t2908, t3013, t2975);
+    t3015 = R::fused(t2976, t3013, t2977);
+    t3016 = R::fused(t2692, t3013, t2978);
+    // torso: motion
+    t3017 = q_base_qz * t43;
+    t3018 = q_base_qw * t43;
+    t3019 = t82 + t3017;
+    t3020 = t80 + t3017;
+    t3021 = R::constant(1.0) - t3019;
+    t3022 = R::constant(1.0) - t3020;
+    // other
+    t3023 = R::constant(19.0) * t470;
+    t3024 = R::fused(t1109, t1112, t3023);
+    t3025 = R::fused(-t621, t1130, t3024);
+    t3026 = t1208 - t3025;
+    t3027 = t83 - t3018; // torso: motion
+    t3028 = t83 + t3018; // torso: motion
+    t3029 = t3014 * t2927;
+    t3030 = R::fused(t3014, t3029, t3015);
+    t3031 = R::constant(1.0) / t3030;
+    t3032 = R::fused(t2926, t3029, t3016);
+    t3033 = R::constant(19.0) * t1047;
+    t3034 = R::fused(t1109, t1087, t3033);
+    t3035 = R::fused(t1425, t1130, t3034);
+    t3036 = t2246 - t3035;
+    t3037 = R::constant(19.0) * t1048;
+    t3038 = R::fused(t621, t1087, t3037);
+    t3039 = R::fused(t1425, t1112, t3038);
+    t3040 = t1179 - t3039;
+    t3041 = t1109 * t1047;
+    t3042 = t1109 * t470;
+    t3043 = R::fused(t621, t1048, t3041);
+    t3044 = R::fused(t1460, t1087, t3043);
+    t3045 = t621 * t470;
+    t3046 = R::fused(t1425, t1048, t3042);
+    t3047 = R::fused(-t1425, t1047, t3045);
+    t3048 = R::fused(-t1458, t1087, t3046);
+    t3049 = R::fused(-t1458, t1112, t3044);
+    t3050 = R::fused(t1482, t1112, t3048);
+    t3051 = R::fused(-t1434, t1087, t3047);
+    t3052 = R::fused(t1434, t1130, t3049);
+    t3053 = t2264 + t3052;
+    t3054 = R::fused(t1117, t1112, t3051);
+    t3055 = R::fused(-t1117, t1130, t3050);
+    t3056 = R::fused(-t750, t1130, t3054);
+    t3057 = t2263 - t3055;
+    t3058 = t1201 - t3056;
+    t3059 = t3032 * t3031;
+    t3060 = t2998 * t2911;
+    t3061 = R::fused(t2996, t2863, t3060);
+    t3062 = R::fused(t2993, t2855, t3061);
+    t3063 = R::fused(-t2971, t2847, t3062);
+    t3064 = R::fused(-t2871, t2848, t3063);
     let (
         t3065, t3066, t3067, t3068, t3069, t3070, t3071, t3072, t3073, t3074, t3075, t3076, t3077, t3078, t3079, t3080,
         t3081, t3082, t3083, t3084, t3085, t3086, t3087, t3088, t3089, t3090, t3091, t3092, t3093, t3094, t3095, t3096,
@@ -12122,276 +12181,264 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
         t3289, t3290, t3291, t3292, t3293, t3294, t3295, t3296, t3297, t3298, t3299, t3300, t3301, t3302, t3303, t3304,
         t3305, t3306, t3307, t3308, t3309, t3310, t3311, t3312, t3313, t3314, t3315, t3316, t3317, t3318, t3319, t3320,
     );
-    t3065 = R::fused(-t2743, t3033, t3064);
-    t3066 = R::fused(-t2901, t3035, t3065);
-    t3067 = t2981 * t3040;
-    t3068 = R::fused(-t2980, t3042, t3067);
-    t3069 = R::fused(-t2970, t3044, t3068);
-    t3070 = R::fused(t2961, t3046, t3069);
-    t3071 = R::fused(t2950, t3048, t3070);
-    t3072 = R::fused(t2941, t3050, t3071);
-    t3073 = R::fused(-t2935, t3052, t3072);
-    t3074 = R::fused(-t2930, t3054, t3073);
-    t3075 = R::fused(-t2926, t3056, t3074);
-    t3076 = R::fused(-t2923, t3058, t3075);
-    t3077 = R::fused(-sin_q_left_ankle_roll, t3060, t3076);
-    t3078 = R::fused(-t3003, t3004, t3077);
-    t3079 = R::fused(-t3017, t3018, t3078);
-    t3080 = R::fused(-t3032, t3033, t3079);
-    t3081 = R::fused(t3034, t3035, t3080);
-    t3082 = R::constant(1.0) / t3081;
-    t3083 = t3066 * t3082;
-    t3084 = R::fused(-t3035, t3083, -t2918);
-    t3085 = R::fused(t2869, t3084, t2758);
-    t3086 = R::fused(-t3033, t3083, t3085);
-    t3087 = R::fused(-t2707, t3086, t2584);
-    t3088 = R::fused(t2867, t3084, t3087);
-    t3089 = R::fused(-t3018, t3083, t3088);
-    t3090 = R::fused(-t2533, t3089, t2409);
-    t3091 = R::fused(-t2705, t3086, t3090);
-    t3092 = R::fused(t2852, t3084, t3091);
-    t3093 = R::fused(-t3004, t3083, t3092);
-    t3094 = R::fused(t1356, t3093, t1281);
-    t3095 = R::fused(-t2555, t3089, t3094);
-    t3096 = R::fused(t2729, t3086, t3095);
-    t3097 = R::fused(-t2884, t3084, t3096);
-    t3098 = R::fused(t3050, t3083, t3097);
-    t3099 = t2138 * t2375;
-    t3100 = R::fused(t2208, t3093, t3099);
-    t3101 = R::fused(t2545, t3089, t3100);
-    t3102 = R::fused(t2719, t3086, t3101);
-    t3103 = R::fused(-t2874, t3084, t3102);
-    t3104 = R::fused(-t3040, t3083, -t3103);
-    t3105 = R::fused(t1530, t3104, t3098); // solved by the factors
-    t3106 = t2135 * t2374;
-    t3107 = R::fused(t2377, t3093, t3106);
-    t3108 = R::fused(-t2547, t3089, t3107);
-    t3109 = R::fused(t2721, t3086, t3108);
-    t3110 = R::fused(t2876, t3084, t3109);
-    t3111 = R::fused(t3042, t3083, t3110);
-    t3112 = R::fused(t2136, t3104, t3111); // solved by the factors
-    t3113 = R::fused(t2069, t3112, t3105); // solved by the factors
-    t3114 = t1954 * t2349;
-    t3115 = R::fused(t2379, t3093, t3114);
-    t3116 = R::fused(-t2549, t3089, t3115);
-    t3117 = R::fused(t2723, t3086, t3116);
-    t3118 = R::fused(t2878, t3084, t3117);
-    t3119 = R::fused(t3044, t3083, t3118);
-    t3120 = R::fused(t1955, t3104, t3119); // solved by the factors
-    t3121 = R::fused(t2117, t3112, t3120); // solved by the factors
-    t3122 = R::fused(t1903, t3121, t3113); // solved by the factors
-    t3123 = t1788 * t2325;
-    t3124 = R::fused(-t2381, t3093, t3123);
-    t3125 = R::fused(-t2551, t3089, t3124);
-    t3126 = R::fused(-t2725, t3086, t3125);
-    t3127 = R::fused(t2880, t3084, t3126);
-    t3128 = R::fused(t3046, t3083, t3127);
+    t3065 = R::fused(t2860, t2849, t3064);
+    t3066 = R::fused(-t2853, t2760, t3065);
+    t3067 = R::fused(t2766, t2752, t3066);
+    t3068 = R::fused(t2765, t2753, t3067);
+    t3069 = R::fused(t2761, t2754, t3068);
+    t3070 = R::fused(sin_q_left_ankle_roll, t2755, t3069);
+    t3071 = t2998 * t2353;
+    t3072 = R::fused(-t2996, t2380, t3071);
+    t3073 = R::fused(-t2993, t2382, t3072);
+    t3074 = R::fused(-t2971, t2384, t3073);
+    t3075 = R::fused(-t2871, t2386, t3074);
+    t3076 = R::fused(t2860, t1473, t3075);
+    t3077 = R::fused(-t2853, t2389, t3076);
+    t3078 = R::fused(t2766, t2391, t3077);
+    t3079 = R::fused(-t2765, t2393, t3078);
+    t3080 = R::fused(-t2761, t2395, t3079);
+    t3081 = R::fused(-sin_q_left_ankle_roll, t2397, t3080);
+    t3082 = t3081 * t2399;
+    t3083 = R::fused(-t2894, t3082, t3070);
+    t3084 = R::fused(-t2525, t3082, t3012);
+    t3085 = t2998 * t2611;
+    t3086 = R::fused(t2996, t2588, t3085);
+    t3087 = R::fused(t2993, t2579, t3086);
+    t3088 = R::fused(-t2971, t2580, t3087);
+    t3089 = R::fused(-t2871, t2537, t3088);
+    t3090 = R::fused(-t2860, t2538, t3089);
+    t3091 = R::fused(t2853, t2539, t3090);
+    t3092 = R::fused(t2766, t2540, t3091);
+    t3093 = R::fused(t2765, t2541, t3092);
+    t3094 = R::fused(t2761, t2542, t3093);
+    t3095 = R::fused(sin_q_left_ankle_roll, t2543, t3094);
+    t3096 = R::fused(-t2609, t3082, t3095);
+    t3097 = t3096 * t2691;
+    t3098 = R::fused(-t2976, t3097, t3083);
+    t3099 = R::fused(-t2692, t3097, t3084);
+    t3100 = t2998 * t2822;
+    t3101 = t2998 * t3000;
+    t3102 = R::fused(-t2996, t2824, t3100);
+    t3103 = R::fused(-t2996, t2999, t3101);
+    t3104 = R::fused(-t2993, t2769, t3102);
+    t3105 = R::fused(-t2993, t2997, t3103);
+    t3106 = R::fused(-t2971, t2733, t3104);
+    t3107 = R::fused(t2971, t2973, t3105);
+    t3108 = R::fused(t2871, t2700, t3106);
+    t3109 = R::fused(t2871, t2949, t3107);
+    t3110 = R::fused(t2860, t2701, t3108);
+    t3111 = R::fused(t2860, t2862, t3109);
+    t3112 = R::fused(-t2853, t2702, t3110);
+    t3113 = R::fused(-t2853, t2951, t3111);
+    t3114 = R::fused(t2766, t2703, t3112);
+    t3115 = R::fused(-t2766, t2953, t3113);
+    t3116 = R::fused(t2765, t2704, t3114);
+    t3117 = R::fused(-t2765, t2955, t3115);
+    t3118 = R::fused(t2761, t2705, t3116);
+    t3119 = R::fused(-t2761, t2957, t3117);
+    t3120 = R::fused(sin_q_left_ankle_roll, t2706, t3118);
+    t3121 = R::fused(-t2821, t3082, t3120);
+    t3122 = R::fused(-t2908, t3097, t3121);
+    t3123 = R::fused(-sin_q_left_ankle_roll, t2959, t3119);
+    t3124 = R::fused(-t3081, t3082, t3123);
+    t3125 = R::fused(-t3096, t3097, t3124);
+    t3126 = t3122 * t2927;
+    t3127 = R::fused(-t3014, t3126, t3098);
+    t3128 = R::fused(-t2926, t3126, t3099);
+    t3129 = R::fused(-t3122, t3126, t3125);
+    t3130 = t3127 * t3031;
+    t3131 = R::fused(-t3032, t3130, t3128);
+    t3132 = R::fused(t3127, t3130, t3129);
+    t3133 = R::constant(1.0) / t3132;
+    t3134 = t3131 * t3133;
+    t3135 = R::fused(-t3130, t3134, -t3059);
+    t3136 = R::fused(t3029, t3135, t2948);
+    t3137 = R::fused(-t3126, t3134, t3136);
+    t3138 = R::fused(-t2924, t3137, t2744);
+    t3139 = R::fused(t3013, t3135, t3138);
+    t3140 = R::fused(-t3097, t3134, t3139);
+    t3141 = R::fused(-t2689, t3140, t2610);
+    t3142 = R::fused(-t2907, t3137, t3141);
+    t3143 = R::fused(t2974, t3135, t3142);
+    t3144 = R::fused(-t3082, t3134, t3143);
+    t3145 = R::fused(t1473, t3144, t1412);
+    t3146 = R::fused(t2353, t3144, t2961);
+    t3147 = R::fused(t2380, t3144, t2962);
+    t3148 = R::fused(t2382, t3144, t2963);
+    t3149 = R::fused(-t2384, t3144, t2964);
+    t3150 = R::fused(t2386, t3144, t2950);
+    t3151 = R::fused(-t2389, t3144, t2952);
+    t3152 = R::fused(-t2391, t3144, t2954);
+    t3153 = R::fused(-t2393, t3144, t2956);
+    t3154 = R::fused(-t2395, t3144, t2958);
+    t3155 = R::fused(-t2397, t3144, t2960);
+    t3156 = R::fused(-t2538, t3140, t3145);
+    t3157 = R::fused(t2611, t3140, t3146);
+    t3158 = R::fused(-t2588, t3140, t3147);
+    t3159 = R::fused(-t2579, t3140, t3148);
+    t3160 = R::fused(-t2580, t3140, t3149);
+    t3161 = R::fused(t2537, t3140, t3150);
+    t3162 = R::fused(t2539, t3140, t3151);
+    t3163 = R::fused(-t2540, t3140, t3152);
+    t3164 = R::fused(t2541, t3140, t3153);
+    t3165 = R::fused(t2542, t3140, t3154);
+    t3166 = R::fused(t2543, t3140, t3155);
+    t3167 = R::fused(t2701, t3137, t3156);
+    t3168 = R::fused(t2822, t3137, t3157);
+    t3169 = R::fused(t2824, t3137, t3158);
+    t3170 = R::fused(t2769, t3137, t3159);
+    t3171 = R::fused(-t2733, t3137, t3160);
+    t3172 = R::fused(-t2700, t3137, t3161);
+    t3173 = R::fused(-t2702, t3137, t3162);
+    t3174 = R::fused(-t2703, t3137, t3163);
+    t3175 = R::fused(t2704, t3137, t3164);
+    t3176 = R::fused(t2705, t3137, t3165);
+    t3177 = R::fused(t2706, t3137, t3166);
+    t3178 = R::fused(-t2849, t3135, t3167);
+    t3179 = R::fused(-t2911, t3135, t3168);
+    t3180 = R::fused(t2863, t3135, t3169);
+    t3181 = R::fused(t2855, t3135, t3170);
+    t3182 = R::fused(t2847, t3135, t3171);
+    t3183 = R::fused(-t2848, t3135, t3172);
+    t3184 = R::fused(t2760, t3135, t3173);
+    t3185 = R::fused(t2752, t3135, t3174);
+    t3186 = R::fused(-t2753, t3135, t3175);
+    t3187 = R::fused(-t2754, t3135, t3176);
+    t3188 = R::fused(-t2755, t3135, t3177);
+    t3189 = R::fused(t2862, t3134, t3178);
+    t3190 = R::fused(-t3000, t3134, -t3179);
+    t3191 = R::fused(t2999, t3134, t3180);
+    t3192 = R::fused(t2997, t3134, t3181);
+    t3193 = R::fused(t2973, t3134, t3182);
+    t3194 = R::fused(-t2949, t3134, t3183);
+    t3195 = R::fused(-t2951, t3134, t3184);
+    t3196 = R::fused(t2953, t3134, t3185);
+    t3197 = R::fused(-t2955, t3134, t3186);
+    t3198 = R::fused(-t2957, t3134, t3187);
+    t3199 = R::fused(-t2959, t3134, t3188);
     // solved by the factors
-    t3129 = R::fused(-t1789, t3104, t3128);
-    t3130 = R::fused(t2100, t3112, t3129);
-    t3131 = R::fused(-t1934, t3121, -t3130);
-    t3132 = R::fused(-t1753, t3131, t3122);
+    t3200 = R::fused(t1632, t3190, t3189);
+    t3201 = R::fused(t2300, t3190, t3191);
+    t3202 = R::fused(t2115, t3190, t3192);
+    t3203 = R::fused(-t1911, t3190, t3193);
+    t3204 = R::fused(t1725, t3190, t3194);
+    t3205 = R::fused(-t1615, t3190, t3195);
+    t3206 = R::fused(t1606, t3190, t3196);
+    t3207 = R::fused(-t1589, t3190, t3197);
+    t3208 = R::fused(t1572, t3190, t3198);
+    t3209 = R::fused(t1563, t3190, t3199);
+    t3210 = R::fused(t2178, t3201, t3200);
+    t3211 = R::fused(t2276, t3201, t3202);
+    t3212 = R::fused(t2235, t3201, t3203);
+    t3213 = R::fused(t2183, t3201, t3204);
+    t3214 = R::fused(t2165, t3201, t3205);
+    t3215 = R::fused(t2152, t3201, t3206);
+    t3216 = R::fused(t2135, t3201, t3207);
+    t3217 = R::fused(t2119, t3201, t3208);
+    t3218 = R::fused(t2117, t3201, t3209);
+    t3219 = R::fused(t2030, t3211, t3210);
+    t3220 = R::fused(-t2088, t3211, -t3212);
+    t3221 = R::fused(t2039, t3211, t3213);
+    t3222 = R::fused(t2020, t3211, t3214);
+    t3223 = R::fused(t2003, t3211, t3215);
+    t3224 = R::fused(t1985, t3211, t3216);
+    t3225 = R::fused(t1969, t3211, t3217);
+    t3226 = R::fused(t1967, t3211, t3218);
+    t3227 = R::fused(-t1847, t3220, t3219);
+    t3228 = R::fused(t1879, t3220, -t3221);
+    t3229 = R::fused(-t1838, t3220, t3222);
+    t3230 = R::fused(-t1817, t3220, t3223);
+    t3231 = R::fused(t1797, t3220, t3224);
+    t3232 = R::fused(-t1780, t3220, t3225);
+    t3233 = R::fused(-t1757, t3220, t3226);
+    t3234 = R::fused(t1679, t3228, -t3227);
+    t3235 = R::fused(t1672, t3228, t3229);
+    t3236 = R::fused(t1664, t3228, t3230);
+    t3237 = R::fused(t1647, t3228, t3231);
+    t3238 = R::fused(t1636, t3228, t3232);
+    t3239 = R::fused(t1634, t3228, t3233);
+    t3240 = R::fused(-t990, t3234, t3235);
+    t3241 = R::fused(-t915, t3234, t3236);
+    t3242 = R::fused(t868, t3234, t3237);
+    t3243 = R::fused(-t838, t3234, t3238);
+    t3244 = R::fused(-t803, t3234, t3239);
+    t3245 = R::fused(-t940, t3240, t3241);
+    t3246 = R::fused(-t917, t3240, t3242);
+    t3247 = R::fused(-t900, t3240, t3243);
+    t3248 = R::fused(-t874, t3240, t3244);
+    t3249 = R::fused(-t870, t3245, t3246);
+    t3250 = R::fused(-t859, t3245, t3247);
+    t3251 = R::fused(t851, t3245, t3248);
+    t3252 = R::fused(-t834, t3249, t3250);
+    t3253 = R::fused(-t817, t3249, t3251);
+    t3254 = R::fused(-t775, t3252, t3253);
+    t3255 = R::fused(R::constant(-38.54028664338191), t3140, t2637); // other
+    t3256 = R::fused(R::constant(-481.7535830422739), t3135, t3255); // other
+    t3257 = R::fused(t1542, t3190, t3256);
+    t3258 = R::fused(-t2092, t3201, t3257);
+    t3259 = R::fused(-t1944, t3211, t3258);
+    t3260 = R::fused(-t1744, t3220, t3259);
+    t3261 = R::fused(t1617, t3228, t3260);
+    t3262 = R::fused(-t780, t3234, t3261);
+    t3263 = R::fused(t856, t3240, t3262);
+    t3264 = R::fused(-t841, t3245, t3263);
+    t3265 = R::fused(t800, t3249, t3264);
+    t3266 = R::fused(t770, t3252, t3265);
+    t3267 = R::fused(t6, t3254, t3266);
     // other
-    t3133 = t1620 * t2300;
-    t3134 = R::fused(t2383, t3093, t3133);
-    t3135 = R::fused(t2553, t3089, t3134);
-    t3136 = R::fused(-t2727, t3086, t3135);
-    t3137 = R::fused(-t2882, t3084, t3136);
-    t3138 = R::fused(-t3048, t3083, t3137);
-    // solved by the factors
-    t3139 = R::fused(t1621, t3104, t3138);
-    t3140 = R::fused(t2084, t3112, t3139);
-    t3141 = R::fused(t1918, t3121, t3140);
-    t3142 = R::fused(t1770, t3131, -t3141);
-    t3143 = R::fused(t1608, t3142, -t3132);
-    // other
-    t3144 = R::constant(0.075) * t3143;
-    t3145 = R::fused(-t1649, t3131, -t3144);
-    t3146 = R::fused(-t1792, t3121, t3145);
-    t3147 = R::fused(-t1958, t3112, t3146);
-    t3148 = R::fused(t1380, t3104, t3147);
-    t3149 = t365 - t3148;
-    t3150 = t1798 * t3121;
-    t3151 = R::fused(t1964, t3112, t3150);
-    t3152 = R::fused(t1387, t3104, t3151);
-    t3153 = t1019 - t3152;
-    t3154 = t1541 * t3142;
-    t3155 = R::fused(t1641, t3131, -t3154);
-    t3156 = R::fused(t1804, t3121, t3155);
-    t3157 = R::fused(t1970, t3112, t3156);
-    t3158 = R::fused(t1395, t3104, t3157);
-    t3159 = t1111 + t3158;
-    t3160 = cos_q_right_hip_yaw * t3142;
-    t3161 = R::fused(t231, t3131, -t3160);
-    t3162 = R::fused(t231, t3121, t3161);
-    t3163 = R::fused(t231, t3112, t3162);
-    t3164 = R::fused(t16, t3104, t3163);
-    t3165 = t3164 - t1034;
-    t3166 = sin_q_right_hip_yaw * t3142;
-    t3167 = R::fused(-t246, t3131, -t3166);
-    t3168 = R::fused(-t246, t3121, t3167);
-    t3169 = R::fused(-t246, t3112, t3168);
-    t3170 = R::fused(-t335, t3104, t3169);
-    t3171 = t1050 + t3170;
-    t3172 = R::fused(-sin_q_right_hip_roll, t3131, -t3143);
-    t3173 = R::fused(-sin_q_right_hip_roll, t3121, t3172);
-    t3174 = R::fused(-sin_q_right_hip_roll, t3112, t3173);
-    t3175 = R::fused(t338, t3104, t3174);
-    t3176 = t3175 - t1054;
-    t3177 = t814 * t1279;
-    t3178 = R::fused(-t2386, t3093, t3177);
-    t3179 = R::fused(t2557, t3089, t3178);
-    t3180 = R::fused(-t2731, t3086, t3179);
-    t3181 = R::fused(t2886, t3084, t3180);
-    t3182 = R::fused(-t3052, t3083, t3181);
-    // solved by the factors
-    t3183 = R::fused(-t1518, t3104, t3182);
-    t3184 = R::fused(t2057, t3112, t3183);
-    t3185 = R::fused(t1891, t3121, t3184);
-    t3186 = R::fused(-t1740, t3131, t3185);
-    t3187 = R::fused(t1599, t3142, t3186);
-    t3188 = R::fused(-t815, t3143, t3187);
-    // other
-    t3189 = t783 * t1268;
-    t3190 = R::fused(-t2388, t3093, t3189);
-    t3191 = R::fused(-t2559, t3089, t3190);
-    t3192 = R::fused(-t2733, t3086, t3191);
-    t3193 = R::fused(t2888, t3084, t3192);
-    t3194 = R::fused(t3054, t3083, t3193);
-    // solved by the factors
-    t3195 = R::fused(t1505, t3104, t3194);
-    t3196 = R::fused(t2045, t3112, t3195);
-    t3197 = R::fused(t1879, t3121, t3196);
-    t3198 = R::fused(-t1727, t3131, t3197);
-    t3199 = R::fused(t1590, t3142, t3198);
-    t3200 = R::fused(-t784, t3143, t3199);
-    t3201 = R::fused(-t807, t3188, t3200);
-    // other
-    t3202 = t725 * t1226;
-    t3203 = R::fused(-t2390, t3093, t3202);
-    t3204 = R::fused(t2561, t3089, t3203);
-    t3205 = R::fused(t2735, t3086, t3204);
-    t3206 = R::fused(-t2890, t3084, t3205);
-    t3207 = R::fused(-t3056, t3083, t3206);
-    // solved by the factors
-    t3208 = R::fused(-t1493, t3104, t3207);
-    t3209 = R::fused(t2033, t3112, t3208);
-    t3210 = R::fused(t1867, t3121, t3209);
-    t3211 = R::fused(t1713, t3131, t3210);
-    t3212 = R::fused(t1581, t3142, t3211);
-    t3213 = R::fused(t726, t3143, t3212);
-    t3214 = R::fused(-t801, t3188, t3213);
-    t3215 = R::fused(-t773, t3201, t3214);
-    // other
-    t3216 = t697 * t1193;
-    t3217 = R::fused(-t2392, t3093, t3216);
-    t3218 = R::fused(t2563, t3089, t3217);
-    t3219 = R::fused(t2737, t3086, t3218);
-    t3220 = R::fused(-t2892, t3084, t3219);
-    t3221 = R::fused(-t3058, t3083, t3220);
-    // solved by the factors
-    t3222 = R::fused(t1482, t3104, t3221);
-    t3223 = R::fused(t2022, t3112, t3222);
-    t3224 = R::fused(t1856, t3121, t3223);
-    t3225 = R::fused(-t1700, t3131, t3224);
-    t3226 = R::fused(t1573, t3142, t3225);
-    t3227 = R::fused(-t698, t3143, t3226);
-    t3228 = R::fused(-t796, t3188, t3227);
-    t3229 = R::fused(-t768, t3201, t3228);
-    t3230 = R::fused(-t720, t3215, t3229);
-    // other
-    t3231 = t666 * t1161;
-    t3232 = R::fused(-t2394, t3093, t3231);
-    t3233 = R::fused(t2565, t3089, t3232);
-    t3234 = R::fused(t2739, t3086, t3233);
-    t3235 = R::fused(-t2894, t3084, t3234);
-    t3236 = R::fused(-t3060, t3083, t3235);
-    // solved by the factors
-    t3237 = R::fused(t1472, t3104, t3236);
-    t3238 = R::fused(t2012, t3112, t3237);
-    t3239 = R::fused(t1846, t3121, t3238);
-    t3240 = R::fused(-t1688, t3131, t3239);
-    t3241 = R::fused(t1566, t3142, t3240);
-    t3242 = R::fused(-t667, t3143, t3241);
-    t3243 = R::fused(-t792, t3188, t3242);
-    t3244 = R::fused(t762, t3201, t3243);
-    t3245 = R::fused(-t716, t3215, t3244);
-    t3246 = R::fused(-t693, t3230, t3245);
-    t3247 = R::fused(R::constant(-38.54028664338191), t3089, t2896); // other
-    t3248 = R::fused(R::constant(-481.7535830422739), t3084, t3247); // other
-    t3249 = R::fused(t1463, t3104, t3248);
-    t3250 = R::fused(-t2003, t3112, t3249);
-    t3251 = R::fused(-t1837, t3121, t3250);
-    t3252 = R::fused(-t1677, t3131, t3251);
-    t3253 = R::fused(t1560, t3142, t3252);
-    t3254 = R::fused(-t624, t3143, t3253);
-    t3255 = R::fused(t789, t3188, t3254);
-    t3256 = R::fused(-t755, t3201, t3255);
-    t3257 = R::fused(t713, t3215, t3256);
-    t3258 = R::fused(t690, t3230, t3257);
-    t3259 = R::fused(t663, t3246, t3258);
-    t3260 = q_base_qz * t0; // torso: motion
-    t3261 = t48 + t3260; // torso: motion
-    t3262 = R::constant(1.0) - t3261; // torso: motion
-    // other
-    t3263 = t1330 * t3093;
-    t3264 = R::fused(t1368, t3089, t3263);
-    t3265 = R::fused(t1371, t3086, t3264);
-    t3266 = t559 * t3143;
-    t3267 = R::fused(-t1532, t3142, -t3266);
-    t3268 = R::fused(t1627, t3131, t3267);
-    t3269 = R::fused(-t1795, t3121, t3268);
-    t3270 = R::fused(-t1961, t3112, t3269);
-    t3271 = R::fused(-t1384, t3104, t3270);
-    t3272 = R::fused(-t546_547.second(), t3188, t3271);
-    t3273 = R::fused(-t732_733.second(), t3201, t3272);
-    t3274 = R::fused(t704_705.second(), t3215, t3273);
-    t3275 = R::fused(-t677_678.second(), t3230, t3274);
-    t3276 = R::fused(-t642_643.second(), t3246, t3275);
-    t3277 = R::fused(-t587_588.second(), t3259, t3276);
-    t3278 = R::constant(19.0) * t365;
-    t3279 = R::fused(t1045, t1050, t3278);
-    t3280 = R::fused(-t555, t1054, t3279);
-    t3281 = t1093 - t3280;
-    t3282 = t3277 + t3281;
-    t3283 = t3265 - t3282;
-    t3284 = t3262 * t3283;
-    t3285 = q_base_qx * t2; // torso: motion
-    t3286 = q_base_qw * t0; // torso: motion
-    t3287 = t3285 - t3286; // torso: motion
-    t3288 = t1359 * t3093;
-    t3289 = R::fused(t1317, t3089, t3288);
-    t3290 = R::fused(t1306, t3086, t3289);
-    t3291 = t1014_1015.second() * t3143;
-    t3292 = R::fused(t1534, t3142, -t3291);
-    t3293 = R::fused(t1632, t3131, t3292);
-    t3294 = R::fused(-t1801, t3121, t3293);
-    t3295 = R::fused(-t1967, t3112, t3294);
-    t3296 = R::fused(-t1392, t3104, t3295);
-    t3297 = R::fused(t1014_1015.second(), t3188, t3296);
-    t3298 = R::fused(t1243_1244.second(), t3201, t3297);
-    t3299 = R::fused(t1200_1201.second(), t3215, t3298);
-    t3300 = R::fused(-t1168_1169.second(), t3230, t3299);
-    t3301 = R::fused(-t1137_1138.second(), t3246, t3300);
-    t3302 = R::fused(-t1101_1102.second(), t3259, t3301);
-    t3303 = R::constant(19.0) * t1019;
-    t3304 = R::fused(t1045, t1034, t3303);
-    t3305 = R::fused(t1390, t1054, t3304);
-    t3306 = t2225 - t3305;
-    t3307 = t3302 + t3306;
-    t3308 = t3290 - t3307;
-    t3309 = R::fused(t3287, t3308, t3284);
-    t3310 = t1 + t3; // torso: motion
-    t3311 = t1361 * t3093;
-    t3312 = R::fused(t1290, t3089, t3311);
-    t3313 = R::fused(-t1309, t3086, t3312);
-    t3314 = t1539 * t3142;
-    t3315 = R::fused(-t1638, t3131, -t3314);
-    t3316 = R::fused(-t1807, t3121, t3315);
-    t3317 = R::fused(-t1973, t3112, t3316);
-    t3318 = R::fused(-t1399, t3104, t3317);
-    t3319 = R::fused(-t544_545.second(), t3201, t3318);
-    t3320 = R::fused(-t1203_1204.second(), t3215, t3319);
+    t3268 = t1407 * t3144;
+    t3269 = R::fused(t2433, t3140, t3268);
+    t3270 = R::fused(t2548, t3137, t3269);
+    t3271 = t1403 * t3144;
+    t3272 = R::fused(t2437, t3140, t3271);
+    t3273 = R::fused(t2552, t3137, t3272);
+    t3274 = t1396 * t3144;
+    t3275 = R::fused(-t2446, t3140, t3274);
+    t3276 = R::fused(t2553, t3137, t3275);
+    t3277 = t1393 * t3144;
+    t3278 = R::fused(t2528, t3140, t3277);
+    t3279 = R::fused(-t2687, t3137, -t3278);
+    t3280 = R::fused(-t1378, t3135, t3270);
+    t3281 = R::fused(-t1387, t3135, t3273);
+    t3282 = R::fused(-t1377, t3135, t3276);
+    t3283 = R::fused(-t1401, t3134, t3280);
+    t3284 = R::fused(-t1370, t3134, t3281);
+    t3285 = R::fused(t1359, t3134, t3282);
+    t3286 = t1814 * t3211;
+    t3287 = R::fused(t1823, t3201, t3286);
+    t3288 = R::fused(t1424, t3190, t3287);
+    t3289 = t1047 - t3288;
+    t3290 = t1568 * t3228;
+    t3291 = R::fused(t1659, t3220, -t3290);
+    t3292 = R::fused(t1816, t3211, t3291);
+    t3293 = R::fused(t1825, t3201, t3292);
+    t3294 = R::fused(t1427, t3190, t3293);
+    t3295 = t1048 + t3294;
+    t3296 = t1541 * t3228;
+    t3297 = R::fused(-t1663, t3220, -t3296);
+    t3298 = R::fused(-t1860, t3211, t3297);
+    t3299 = R::fused(-t1861, t3201, t3298);
+    t3300 = R::fused(-t1471, t3190, t3299);
+    t3301 = R::fused(-t565_566.second(), t3245, t3300);
+    t3302 = R::fused(-t1037_1038.second(), t3249, t3301);
+    t3303 = R::fused(-t760_761.second(), t3252, t3302);
+    t3304 = R::fused(-t727_728.second(), t3254, t3303);
+    t3305 = R::fused(-t683_684.second(), t3267, t3304);
+    t3306 = t3305 + t3040;
+    t3307 = t639 * t3234;
+    t3308 = R::fused(-t1536, t3228, -t3307);
+    t3309 = R::fused(t1653, t3220, t3308);
+    t3310 = R::fused(-t1845, t3211, t3309);
+    t3311 = R::fused(-t1846, t3201, t3310);
+    t3312 = R::fused(-t1422, t3190, t3311);
+    t3313 = R::fused(-t581_582.second(), t3240, t3312);
+    t3314 = R::fused(-t828_829.second(), t3245, t3313);
+    t3315 = R::fused(t788_789.second(), t3249, t3314);
+    t3316 = R::fused(-t762_763.second(), t3252, t3315);
+    t3317 = R::fused(-t729_730.second(), t3254, t3316);
+    t3318 = R::fused(-t707_708.second(), t3267, t3317);
+    t3319 = t3318 + t3026;
+    t3320 = t1158 * t3234;
     let (
         t3321, t3322, t3323, t3324, t3325, t3326, t3327, t3328, t3329, t3330, t3331, t3332, t3333, t3334, t3335, t3336,
         t3337, t3338, t3339, t3340, t3341, t3342, t3343, t3344, t3345, t3346, t3347, t3348, t3349, t3350, t3351, t3352,
@@ -12404,158 +12451,158 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
         t3449, t3450, t3451, t3452, t3453, t3454, t3455, t3456, t3457, t3458, t3459, t3460, t3461, t3462, t3463, t3464,
         t3465, t3466, t3467, t3468, t3469,
     );
-    t3321 = R::fused(-t1171_1172.second(), t3230, t3320);
-    t3322 = R::fused(-t1140_1141.second(), t3246, t3321);
-    t3323 = R::fused(-t1106_1107.second(), t3259, t3322);
-    t3324 = R::constant(19.0) * t1111;
-    t3325 = R::fused(t555, t1034, t3324);
-    t3326 = R::fused(t1390, t1050, t3325);
-    t3327 = t2236 - t3326;
-    t3328 = t3323 + t3327;
-    t3329 = t3313 - t3328;
-    t3330 = R::fused(t3310, t3329, t3309);
-    t3331 = t3285 + t3286; // torso: motion
-    t3332 = t3331 * t3283;
-    t3333 = t47 + t3260; // torso: motion
-    t3334 = R::constant(1.0) - t3333; // torso: motion
-    t3335 = R::fused(t3334, t3308, t3332);
-    t3336 = t31 - t33; // torso: motion
-    t3337 = R::fused(t3336, t3329, t3335);
-    t3338 = t4 * t3283;
-    t3339 = R::fused(t34, t3308, t3338);
-    t3340 = R::fused(t50, t3329, t3339);
-    t3341 = t1372 * t3093;
-    t3342 = R::fused(t2417, t3089, t3341);
-    t3343 = R::fused(t2589, t3086, t3342);
-    t3344 = R::fused(-t1330, t3084, t3343);
-    t3345 = R::fused(-t1371, t3083, t3344);
-    t3346 = t1030_1031.second() * t3143;
-    t3347 = R::fused(t1545, t3142, -t3346);
-    t3348 = R::fused(t1647, t3131, t3347);
-    t3349 = R::fused(t1814, t3121, t3348);
-    t3350 = R::fused(-t1980, t3112, t3349);
-    t3351 = R::fused(t1436, t3104, t3350);
-    t3352 = R::fused(t1030_1031.second(), t3188, t3351);
-    t3353 = R::fused(t1255_1256.second(), t3201, t3352);
-    t3354 = R::fused(t1214_1215.second(), t3215, t3353);
-    t3355 = R::fused(t1182_1183.second(), t3230, t3354);
-    t3356 = R::fused(-t1151_1152.second(), t3246, t3355);
-    t3357 = R::fused(t1121_1122.second(), t3259, t3356);
-    t3358 = t1045 * t1019;
-    t3359 = R::fused(t555, t1111, t3358);
-    t3360 = R::fused(t1422, t1034, t3359);
-    t3361 = R::fused(-t1432, t1050, t3360);
-    t3362 = R::fused(t1434, t1054, t3361);
-    t3363 = t2262 + t3362;
-    t3364 = t3357 - t3363;
-    t3365 = t3345 + t3364;
-    t3366 = R::constant(0.03) * t335;
-    t3367 = R::fused(R::constant(0.08), t252, t3366);
-    t3368 = t245 - t3367;
-    t3369 = t3329 * t3368;
-    t3370 = R::constant(0.03) * t338;
-    t3371 = R::fused(R::constant(-0.08), t266, t3370);
-    t3372 = t259 + t3371;
-    t3373 = R::fused(-t3308, t3372, t3369);
-    t3374 = t3365 + t3373;
-    t3375 = t3262 * t3374;
-    t3376 = t1375 * t3093;
-    t3377 = R::fused(t2420, t3089, t3376);
-    t3378 = R::fused(t2592, t3086, t3377);
-    t3379 = R::fused(-t1359, t3084, t3378);
-    t3380 = R::fused(-t1306, t3083, t3379);
-    t3381 = t1047 * t3143;
-    t3382 = R::fused(-t1550, t3142, -t3381);
-    t3383 = R::fused(-t1658, t3131, t3382);
-    t3384 = R::fused(-t1821, t3121, t3383);
-    t3385 = R::fused(t1987, t3112, t3384);
-    t3386 = R::fused(-t1447, t3104, t3385);
-    t3387 = R::fused(-t1039_1040.second(), t3188, t3386);
-    t3388 = R::fused(-t1260_1261.second(), t3201, t3387);
-    t3389 = R::fused(-t1219_1220.second(), t3215, t3388);
-    t3390 = R::fused(-t1187_1188.second(), t3230, t3389);
-    t3391 = R::fused(t1156_1157.second(), t3246, t3390);
-    t3392 = R::fused(-t1126_1127.second(), t3259, t3391);
-    t3393 = t1045 * t365;
-    t3394 = R::fused(t1390, t1111, t3393);
-    t3395 = R::fused(-t1432, t1034, t3394);
-    t3396 = R::fused(t1444, t1050, t3395);
-    t3397 = R::fused(-t1043, t1054, t3396);
-    t3398 = t2272 - t3397;
-    t3399 = t3392 + t3398;
-    t3400 = t3380 - t3399;
-    t3401 = t3283 * t3372;
-    t3402 = R::constant(0.03) * t16;
-    t3403 = R::fused(R::constant(0.08), t235, t3402);
-    t3404 = t230 + t3403;
-    t3405 = R::fused(-t3329, t3404, t3401);
-    t3406 = t3400 + t3405;
-    t3407 = R::fused(t3287, t3406, t3375);
-    t3408 = t1319 * t3093;
-    t3409 = R::fused(-t2423, t3089, t3408);
-    t3410 = R::fused(t2595, t3086, t3409);
-    t3411 = R::fused(-t1361, t3084, t3410);
-    t3412 = R::fused(t1309, t3083, t3411);
-    t3413 = t557 * t3143;
-    t3414 = R::fused(-t1555, t3142, -t3413);
-    t3415 = R::fused(-t1667, t3131, t3414);
-    t3416 = R::fused(-t1829, t3121, t3415);
-    t3417 = R::fused(-t1995, t3112, t3416);
-    t3418 = R::fused(t1455, t3104, t3417);
-    t3419 = R::fused(-t787, t3188, t3418);
-    t3420 = R::fused(-t749, t3201, t3419);
-    t3421 = R::fused(-t711, t3215, t3420);
-    t3422 = R::fused(-t688, t3230, t3421);
-    t3423 = R::fused(-t661, t3246, t3422);
-    t3424 = R::fused(t622, t3259, t3423);
-    t3425 = t555 * t365;
-    t3426 = R::fused(-t1390, t1019, t3425);
-    t3427 = R::fused(-t1434, t1034, t3426);
-    t3428 = R::fused(t1043, t1050, t3427);
-    t3429 = R::fused(-t554, t1054, t3428);
-    t3430 = t1087 - t3429;
-    t3431 = t3424 + t3430;
-    t3432 = t3412 - t3431;
-    t3433 = t3308 * t3404;
-    t3434 = R::fused(-t3283, t3368, t3433);
-    t3435 = t3432 + t3434;
-    t3436 = R::fused(t3310, t3435, t3407);
-    t3437 = t3331 * t3374;
-    t3438 = R::fused(t3334, t3406, t3437);
-    t3439 = R::fused(t3336, t3435, t3438);
-    t3440 = t4 * t3374;
-    t3441 = R::fused(t34, t3406, t3440);
-    t3442 = R::fused(t50, t3435, t3441);
-    t3443 = t3262 * t1330;
-    t3444 = R::fused(t3287, t1359, t3443);
-    t3445 = R::fused(t3310, t1361, t3444);
-    t3446 = t3445 * t3093;
-    t3447 = t3262 * t1368;
-    t3448 = R::fused(t3287, t1317, t3447);
-    t3449 = R::fused(t3310, t1290, t3448);
-    t3450 = R::fused(t3449, t3089, t3446);
-    t3451 = t3262 * t1371;
-    t3452 = R::fused(t3287, t1306, t3451);
-    t3453 = R::fused(-t3310, t1309, t3452);
-    t3454 = R::fused(-t3453, t3086, -t3450);
-    t3455 = t3331 * t1330;
-    t3456 = R::fused(t3334, t1359, t3455);
-    t3457 = R::fused(t3336, t1361, t3456);
-    t3458 = t3457 * t3093;
-    t3459 = t3331 * t1368;
-    t3460 = R::fused(t3334, t1317, t3459);
-    t3461 = R::fused(t3336, t1290, t3460);
-    t3462 = R::fused(t3461, t3089, t3458);
-    t3463 = t3331 * t1371;
-    t3464 = R::fused(t3334, t1306, t3463);
-    t3465 = R::fused(-t3336, t1309, t3464);
-    t3466 = R::fused(-t3465, t3086, -t3462);
-    t3467 = t1362 * t3093;
-    t3468 = R::fused(t2536, t3089, t3467);
-    t3469 = R::fused(-t2710, t3086, -t3468);
+    t3321 = R::fused(-t1583, t3228, -t3320);
+    t3322 = R::fused(-t1696, t3220, t3321);
+    t3323 = R::fused(-t1877, t3211, t3322);
+    t3324 = R::fused(t2018, t3201, t3323);
+    t3325 = R::fused(-t1485, t3190, t3324);
+    t3326 = R::fused(-t1090_1091.second(), t3240, t3325);
+    t3327 = R::fused(-t1305_1306.second(), t3245, t3326);
+    t3328 = R::fused(-t1282_1283.second(), t3249, t3327);
+    t3329 = R::fused(-t1254_1255.second(), t3252, t3328);
+    t3330 = R::fused(t1235_1236.second(), t3254, t3329);
+    t3331 = R::fused(-t1220_1221.second(), t3267, t3330);
+    t3332 = t3331 + t3057;
+    t3333 = t3284 - t3332;
+    t3334 = t779 * t3234;
+    t3335 = R::fused(-t1571, t3228, -t3334);
+    t3336 = R::fused(-t1701, t3220, t3335);
+    t3337 = R::fused(-t1888, t3211, t3336);
+    t3338 = R::fused(-t2028, t3201, t3337);
+    t3339 = R::fused(t1492, t3190, t3338);
+    t3340 = R::fused(-t864, t3240, t3339);
+    t3341 = R::fused(-t848, t3245, t3340);
+    t3342 = R::fused(-t824, t3249, t3341);
+    t3343 = R::fused(-t796, t3252, t3342);
+    t3344 = R::fused(-t772, t3254, t3343);
+    t3345 = R::fused(t752, t3267, t3344);
+    t3346 = t3345 + t3058;
+    t3347 = t3285 - t3346;
+    t3348 = t1378 * t3144;
+    t3349 = R::fused(t1390, t3140, t3348);
+    t3350 = R::fused(t1401, t3137, t3349);
+    t3351 = t3350 - t3319;
+    t3352 = t1387 * t3144;
+    t3353 = R::fused(t1364, t3140, t3352);
+    t3354 = R::fused(t1370, t3137, t3353);
+    t3355 = t1377 * t3144;
+    t3356 = R::fused(t1345, t3140, t3355);
+    t3357 = R::fused(-t1359, t3137, t3356);
+    t3358 = t3357 - t3306;
+    t3359 = R::constant(0.03) * t335;
+    t3360 = R::fused(R::constant(0.08), t336, t3359);
+    t3361 = t331 - t3360;
+    t3362 = R::constant(0.03) * t364;
+    t3363 = R::fused(R::constant(-0.08), t383, t3362);
+    t3364 = t360 + t3363;
+    t3365 = R::constant(0.03) * t89;
+    t3366 = R::fused(R::constant(0.08), t157, t3365);
+    t3367 = t100 + t3366;
+    t3368 = t3021 * t1378;
+    t3369 = t3028 * t1378;
+    t3370 = R::fused(t3027, t1387, t3368);
+    t3371 = R::fused(t3022, t1387, t3369);
+    t3372 = R::fused(t64, t1377, t3370);
+    t3373 = R::fused(t91, t1377, t3371);
+    t3374 = t3372 * t3144;
+    t3375 = t3373 * t3144;
+    t3376 = t3021 * t1390;
+    t3377 = t3028 * t1390;
+    t3378 = R::fused(t3027, t1364, t3376);
+    t3379 = R::fused(t3022, t1364, t3377);
+    t3380 = R::fused(t64, t1345, t3378);
+    t3381 = R::fused(t91, t1345, t3379);
+    t3382 = R::fused(t3380, t3140, t3374);
+    t3383 = R::fused(t3381, t3140, t3375);
+    t3384 = t3021 * t1401;
+    t3385 = t3028 * t1401;
+    t3386 = R::fused(t3027, t1370, t3384);
+    t3387 = R::fused(t3022, t1370, t3385);
+    t3388 = R::fused(-t64, t1359, t3386);
+    t3389 = R::fused(-t91, t1359, t3387);
+    t3390 = R::fused(-t3388, t3137, -t3382);
+    t3391 = R::fused(-t3389, t3137, -t3383);
+    t3392 = cos_q_right_hip_yaw * t3228;
+    t3393 = R::fused(t134, t3220, -t3392);
+    t3394 = R::fused(t134, t3211, t3393);
+    t3395 = R::fused(t134, t3201, t3394);
+    t3396 = R::fused(t89, t3190, t3395);
+    t3397 = t3396 - t1087;
+    t3398 = sin_q_right_hip_yaw * t3228;
+    t3399 = R::fused(-t136, t3220, -t3398);
+    t3400 = R::fused(-t136, t3211, t3399);
+    t3401 = R::fused(-t136, t3201, t3400);
+    t3402 = R::fused(-t335, t3190, t3401);
+    t3403 = t1112 + t3402;
+    t3404 = R::constant(0.075) * t3234;
+    t3405 = R::fused(-t1683, t3220, -t3404);
+    t3406 = R::fused(-t1812, t3211, t3405);
+    t3407 = R::fused(-t1821, t3201, t3406);
+    t3408 = R::fused(t1405, t3190, t3407);
+    t3409 = t470 - t3408;
+    t3410 = R::fused(-sin_q_right_hip_roll, t3220, -t3234);
+    t3411 = R::fused(-sin_q_right_hip_roll, t3211, t3410);
+    t3412 = R::fused(-sin_q_right_hip_roll, t3201, t3411);
+    t3413 = R::fused(t364, t3190, t3412);
+    t3414 = t3413 - t1130;
+    t3415 = t1039_1040.second() * t3234;
+    t3416 = R::fused(t1537, t3228, -t3415);
+    t3417 = R::fused(t1658, t3220, t3416);
+    t3418 = R::fused(-t1854, t3211, t3417);
+    t3419 = R::fused(-t1855, t3201, t3418);
+    t3420 = R::fused(-t1465, t3190, t3419);
+    t3421 = R::fused(t1039_1040.second(), t3240, t3420);
+    t3422 = R::fused(t1115_1116.second(), t3245, t3421);
+    t3423 = R::fused(t790_791.second(), t3249, t3422);
+    t3424 = R::fused(-t764_765.second(), t3252, t3423);
+    t3425 = R::fused(-t731_732.second(), t3254, t3424);
+    t3426 = R::fused(-t709_710.second(), t3267, t3425);
+    t3427 = t3426 + t3036;
+    t3428 = t3354 - t3427;
+    t3429 = t1083_1084.second() * t3234;
+    t3430 = R::fused(t1578, t3228, -t3429);
+    t3431 = R::fused(t1671, t3220, t3430);
+    t3432 = R::fused(t1867, t3211, t3431);
+    t3433 = R::fused(-t2011, t3201, t3432);
+    t3434 = R::fused(t1479, t3190, t3433);
+    t3435 = R::fused(t1083_1084.second(), t3240, t3434);
+    t3436 = R::fused(t1307_1308.second(), t3245, t3435);
+    t3437 = R::fused(t1277_1278.second(), t3249, t3436);
+    t3438 = R::fused(t1256_1257.second(), t3252, t3437);
+    t3439 = R::fused(-t1237_1238.second(), t3254, t3438);
+    t3440 = R::fused(t1215_1216.second(), t3267, t3439);
+    t3441 = t3440 - t3053;
+    t3442 = t3283 + t3441;
+    t3443 = t3358 * t3361;
+    t3444 = R::fused(-t3428, t3364, t3443);
+    t3445 = t3442 + t3444;
+    t3446 = t3351 * t3364;
+    t3447 = R::fused(-t3358, t3367, t3446);
+    t3448 = t3333 + t3447;
+    t3449 = t3428 * t3367;
+    t3450 = R::fused(-t3351, t3361, t3449);
+    t3451 = t3347 + t3450;
+    t3452 = t3021 * t3351;
+    t3453 = R::fused(t3027, t3428, t3452);
+    t3454 = R::fused(t64, t3358, t3453);
+    t3455 = t3021 * t3445;
+    t3456 = R::fused(t3027, t3448, t3455);
+    t3457 = R::fused(t64, t3451, t3456);
+    t3458 = t3028 * t3351;
+    t3459 = t63 * t3351;
+    t3460 = R::fused(t3022, t3428, t3458);
+    t3461 = R::fused(t90, t3428, t3459);
+    t3462 = R::fused(t91, t3358, t3460);
+    t3463 = R::fused(t93, t3358, t3461);
+    t3464 = t3028 * t3445;
+    t3465 = t63 * t3445;
+    t3466 = R::fused(t3022, t3448, t3464);
+    t3467 = R::fused(t90, t3448, t3465);
+    t3468 = R::fused(t91, t3451, t3466);
+    t3469 = R::fused(t93, t3451, t3467);
     *out = [[
-        t3149, t3153, t3159, t3165, t3171, t3176, t3143, t3142, t3131, t3121, t3112, t3104, t3188, t3201, t3215, t3230,
-        t3246, t3259, t3330, t3337, t3340, t3436, t3439, t3442, t3454, t3466, t3469, t3084, t3083,
+        t3409, t3289, t3295, t3397, t3403, t3414, t3234, t3228, t3220, t3211, t3201, t3190, t3240, t3245, t3249, t3252,
+        t3254, t3267, t3454, t3462, t3463, t3457, t3468, t3469, t3390, t3391, t3279, t3135, t3134,
     ]];
 }
 }

@@ -100,585 +100,632 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
         t0_1.first(), t0_1.second(), t2_3.first(), t2_3.second(), q_right_ankle_roll, q_left_ankle_roll,
     ]);
     let (
-        t4, t5, t6, t7, t8, t9, t10, t11, t12, t13, t14, t15, t16, t17, t18, t19, t20, t21, t22, t23, t24, t25, t26,
-        t27, t28, t29, t30, t31, t32_33, t34_35, t36_37, t38_39, t40_41, t42_43, t44_45, t46_47, t48_49, t50_51, t52_53,
-        t54_55, t56_57, t58_59, t60_61, t62_63, t64_65, t66_67, t68_69, t70_71, t72_73, t74_75, t76_77, t78_79, t80_81,
-        t82_83, t84_85, t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105, t106_107,
-        t108_109, t110_111, t112_113, t114_115, t116_117, t118_119, t120_121, t122_123, t124_125, t126_127, t128_129,
-        t130_131, t132_133, t134_135, t136_137, t138_139, t140_141, t142_143, t144_145, t146_147, t148_149, t150_151,
-        t152_153, t154_155, t156_157, t158_159, t160_161, t162_163, t164_165, t166_167, t168_169, t170_171, t172_173,
-        t174_175, t176_177, t178_179, t180_181, t182_183, t184_185, t186_187, t188_189, t190_191, t192_193, t194_195,
-        t196_197, t198_199, t200_201, t202_203, t204_205, t206_207, t208_209, t210_211, t212_213, t214_215, t216_217,
-        t218_219, t220_221, t222_223, t224_225, t226_227, t228_229, t230_231, t232_233, t234_235, t236_237, t238_239,
-        t240_241, t242_243, t244_245, t246_247, t248_249, t250_251, t252_253, t254_255, t256_257, t258_259, t260_261,
-        t262_263, t264_265, t266_267, t268_269, t270_271, t272_273, t274_275, t276_277, t278_279, t280_281, t282_283,
-        t284_285, t286_287, t288_289, t290_291, t292_293, t294_295, t296_297, t298_299, t300_301, t302_303, t304_305,
-        t306_307, t308_309, t310_311, t312_313, t314_315, t316_317, t318_319, t320_321, t322_323, t324_325, t326_327,
-        t328_329, t330_331, t332_333, t334_335, t336_337, t338_339, t340_341, t342_343, t344_345, t346_347, t348_349,
-        t350_351, t352_353, t354_355, t356_357, t358_359, t360_361, t362_363, t364_365, t366_367, t368_369, t370_371,
-        t372_373, t374_375, t376_377, t378_379, t380_381, t382_383, t384_385, t386_387, t388_389, t390_391, t392_393,
-        t394_395, t396_397, t398_399, t400_401, t402_403, t404_405, t406_407, t408_409, t410_411, t412_413, t414_415,
-        t416_417, t418_419, t420_421, t422_423, t424_425, t426_427, t428_429, t430_431, t432_433, t434_435, t436_437,
-        t438_439, t440_441, t442_443, t444_445, t446_447, t448_449, t450_451, t452_453, t454_455, t456_457, t458_459,
-        t460_461, t462_463, t464_465, t466_467, t468_469, t470_471, t472_473, t474_475, t476_477, t478_479, t480_481,
-        t482_483, t484_485, t486_487,
+        t4_5, t6_7, t8_9, t10_11, t12_13, t14_15, t16_17, t18_19, t20_21, t22_23, t24_25, t26_27, t28_29, t30_31,
+        t32_33, t34_35, t36_37, t38_39, t40_41, t42_43, t44_45, t46_47, t48, t49, t50, t51, t52, t53, t54, t55, t56,
+        t57, t58, t59, t60, t61_62, t63, t64, t65, t66, t67, t68, t69, t70, t71, t72, t73, t74, t75, t76, t77_78, t79,
+        t80, t81_82, t83, t84_85, t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105,
+        t106_107, t108_109, t110_111, t112_113, t114_115, t116_117, t118_119, t120_121, t122_123, t124_125, t126_127,
+        t128_129, t130_131, t132_133, t134_135, t136_137, t138_139, t140_141, t142_143, t144_145, t146_147, t148_149,
+        t150_151, t152_153, t154_155, t156_157, t158_159, t160_161, t162_163, t164_165, t166_167, t168_169, t170_171,
+        t172_173, t174_175, t176_177, t178_179, t180_181, t182_183, t184_185, t186_187, t188_189, t190_191, t192_193,
+        t194_195, t196_197, t198_199, t200_201, t202_203, t204_205, t206_207, t208_209, t210_211, t212_213, t214_215,
+        t216_217, t218_219, t220_221, t222_223, t224_225, t226_227, t228_229, t230_231, t232_233, t234_235, t236_237,
+        t238_239, t240_241, t242_243, t244_245, t246_247, t248_249, t250_251, t252_253, t254_255, t256_257, t258_259,
+        t260_261, t262_263, t264_265, t266_267, t268_269, t270_271, t272_273, t274_275, t276_277, t278_279, t280_281,
+        t282_283, t284_285, t286_287, t288_289, t290_291, t292_293, t294_295, t296_297, t298_299, t300_301, t302_303,
+        t304_305, t306_307, t308_309, t310_311, t312_313, t314_315, t316_317, t318_319, t320_321, t322_323, t324_325,
+        t326_327, t328_329, t330_331, t332_333, t334_335, t336_337, t338_339, t340_341, t342_343, t344_345, t346_347,
+        t348_349, t350_351, t352_353, t354_355, t356_357, t358_359, t360_361, t362_363, t364_365, t366_367, t368_369,
+        t370_371, t372_373, t374_375, t376_377, t378_379, t380_381, t382_383, t384_385, t386_387, t388_389, t390_391,
+        t392_393, t394_395, t396_397, t398_399, t400_401, t402_403, t404_405, t406_407, t408_409, t410_411, t412_413,
+        t414_415, t416_417, t418_419, t420_421, t422_423, t424_425, t426_427, t428_429, t430_431, t432_433, t434_435,
+        t436_437, t438_439, t440_441, t442_443, t444_445, t446_447, t448_449, t450_451, t452_453, t454_455, t456_457,
+        t458_459, t460_461, t462_463, t464_465, t466_467, t468_469, t470_471, t472_473, t474_475, t476_477, t478_479,
+        t480_481, t482_483, t484_485,
     );
-    // torso: motion
-    t4 = v_base_linear_z * v_base_angular_y;
-    t5 = R::fused(-v_base_linear_y, v_base_angular_z, t4);
-    t6 = v_base_linear_x * v_base_angular_z;
-    t7 = R::fused(-v_base_linear_z, v_base_angular_x, t6);
-    t8 = v_base_linear_y * v_base_angular_x;
-    t9 = R::fused(-v_base_linear_x, v_base_angular_y, t8);
-    t10 = q_base_qx * R::constant(2.0);
-    t11 = q_base_qy * R::constant(2.0);
-    t12 = q_base_qz * R::constant(2.0);
-    t13 = q_base_qx * t10;
-    t14 = q_base_qx * t12;
-    t15 = q_base_qy * t12;
-    t16 = R::fused(-q_base_qw, t11, t14);
-    t17 = R::fused(q_base_qw, t10, t15);
-    t18 = R::fused(q_base_qy, t11, t13);
-    t19 = R::constant(1.0) - t18;
-    t20 = R::fused(R::constant(9.81), t16, t5);
-    t21 = R::fused(R::constant(9.81), t17, t7);
-    t22 = R::fused(R::constant(9.81), t19, t9);
-    t23 = v_base_angular_x * v_base_angular_y;
-    t24 = v_base_angular_x * v_base_angular_z;
-    t25 = v_base_angular_x * v_base_angular_x;
-    t26 = R::fused(v_base_angular_z, v_base_angular_z, t25);
-    t27 = v_base_angular_y * v_base_angular_z;
-    t28 = R::fused(v_base_angular_y, v_base_angular_y, t25);
-    t29 = t23 * R::constant(0.075); // right_hip_yaw_link: motion
-    t30 = t26 * R::constant(0.075); // right_hip_yaw_link: motion
-    t31 = t27 * R::constant(0.075); // right_hip_yaw_link: motion
-    // right_hip_yaw_link, left_hip_yaw_link: motion
-    t32_33 = R::Two::fused(both(t29), two(R::constant(-1.0), R::constant(1.0)), both(t20));
-    t34_35 = R::Two::fused(both(t30), two(R::constant(1.0), R::constant(-1.0)), both(t21));
-    t36_37 = R::Two::fused(both(t31), two(R::constant(-1.0), R::constant(1.0)), both(t22));
-    t38_39 = both(v_base_angular_y) * two(v_right_hip_yaw, v_left_hip_yaw);
-    t40_41 = both(v_base_angular_x) * two(v_right_hip_yaw, v_left_hip_yaw);
-    t42_43 = both(v_base_angular_z) + two(v_right_hip_yaw, v_left_hip_yaw);
-    t44_45 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * both(v_base_angular_x);
-    t46_47 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(v_base_angular_y), t44_45);
-    t48_49 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * both(v_base_angular_x);
-    t50_51 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(v_base_angular_y), t48_49);
-    t52_53 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t38_39;
-    t54_55 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t40_41, t52_53);
-    t56_57 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t38_39;
-    t58_59 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t40_41, t56_57);
-    t60_61 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t32_33;
-    t62_63 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t34_35, t60_61);
-    t64_65 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t32_33;
-    t66_67 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t34_35, t64_65);
-    t68_69 = t46_47 * t50_51;
-    t70_71 = R::Two::fused(t42_43, t46_47, t58_59);
-    t72_73 = R::Two::fused(-t42_43, t50_51, t54_55);
-    // right_hip_roll_link, left_hip_roll_link: motion
-    t74_75 = t50_51 * two(v_right_hip_roll, v_left_hip_roll);
-    t76_77 = R::Two::fused(-t42_43, two(v_right_hip_roll, v_left_hip_roll), t58_59);
-    t78_79 = t46_47 + two(v_right_hip_roll, v_left_hip_roll);
-    t80_81 = t78_79 * t78_79;
-    t82_83 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t50_51;
-    t84_85 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t42_43, t82_83);
-    t86_87 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t50_51;
-    t88_89 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t42_43, t86_87);
-    t90_91 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t76_77;
-    t92_93 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t74_75, t90_91);
-    t94_95 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t76_77;
-    t96_97 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t74_75, t94_95);
-    t98_99 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t66_67;
-    t100_101 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t36_37, t98_99);
-    t102_103 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t66_67;
-    t104_105 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t36_37, t102_103);
-    t106_107 = t88_89 * t88_89;
-    t108_109 = R::Two::fused(t78_79, t84_85, t96_97);
-    t110_111 = t78_79 * t88_89;
-    t112_113 = t92_93 - t110_111;
-    t114_115 = t84_85 * t88_89;
-    t116_117 = t92_93 + t110_111;
-    // right_upper_leg, left_upper_leg: motion
-    t118_119 = R::Two::fused(-t88_89, two(v_right_hip_pitch, v_left_hip_pitch), t54_55);
-    t120_121 = R::Two::fused(t78_79, two(v_right_hip_pitch, v_left_hip_pitch), t96_97);
-    t122_123 = t84_85 - two(v_right_hip_pitch, v_left_hip_pitch);
-    t124_125 = t122_123 * t122_123;
-    t126_127 = t106_107 + t124_125;
-    t128_129 = R::Two::fused(-t78_79, t122_123, t120_121);
-    t130_131 = R::Two::fused(t88_89, t122_123, t118_119);
-    t132_133 = t80_81 + t124_125;
-    // right_lower_leg, left_lower_leg: motion
-    t134_135 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(R::constant(0.315));
-    t136_137 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(R::constant(0.315));
-    t138_139 = t126_127 * t136_137;
-    t140_141 = R::Two::fused(t112_113, t134_135, t138_139);
-    t142_143 = t128_129 * t136_137;
-    t144_145 = R::Two::fused(-t130_131, t134_135, t142_143);
-    t146_147 = t116_117 * t136_137;
-    t148_149 = R::Two::fused(-t132_133, t134_135, t146_147);
-    t150_151 = t62_63 + t140_141;
-    t152_153 = t100_101 + t144_145;
-    t154_155 = t104_105 - t148_149;
-    t156_157 = R::Two::fused(-t88_89, two(v_right_knee_pitch, v_left_knee_pitch), t118_119);
-    t158_159 = R::Two::fused(t78_79, two(v_right_knee_pitch, v_left_knee_pitch), t120_121);
-    t160_161 = t122_123 - two(v_right_knee_pitch, v_left_knee_pitch);
-    t162_163 = t160_161 * t160_161;
-    t164_165 = t106_107 + t162_163;
-    t166_167 = R::Two::fused(-t78_79, t160_161, t158_159);
-    t168_169 = R::Two::fused(t88_89, t160_161, t156_157);
-    t170_171 = t80_81 + t162_163;
-    // right_ankle, left_ankle: motion
-    t172_173 = two(cos_t0, cos_t1) * both(R::constant(0.273));
-    t174_175 = two(sin_t0, sin_t1) * both(R::constant(0.273));
-    t176_177 = t164_165 * t174_175;
-    t178_179 = R::Two::fused(t112_113, t172_173, t176_177);
-    t180_181 = t166_167 * t174_175;
-    t182_183 = R::Two::fused(-t168_169, t172_173, t180_181);
-    t184_185 = t116_117 * t174_175;
-    t186_187 = R::Two::fused(-t170_171, t172_173, t184_185);
-    t188_189 = t150_151 + t178_179;
-    t190_191 = t152_153 + t182_183;
-    t192_193 = t154_155 - t186_187;
-    t194_195 = R::Two::fused(-t88_89, two(v_right_ankle_pitch, v_left_ankle_pitch), t156_157);
-    t196_197 = R::Two::fused(t78_79, two(v_right_ankle_pitch, v_left_ankle_pitch), t158_159);
-    t198_199 = t160_161 - two(v_right_ankle_pitch, v_left_ankle_pitch);
-    t200_201 = t198_199 * t198_199;
-    t202_203 = two(cos_t2, cos_t3) * t88_89;
-    t204_205 = R::Two::fused(two(sin_t2, sin_t3), t78_79, t202_203);
-    t206_207 = two(sin_t2, sin_t3) * t88_89;
-    t208_209 = R::Two::fused(-two(cos_t2, cos_t3), t78_79, t206_207);
-    t210_211 = two(cos_t2, cos_t3) * t196_197;
-    t212_213 = R::Two::fused(two(sin_t2, sin_t3), t194_195, t210_211);
-    t214_215 = two(sin_t2, sin_t3) * t196_197;
-    t216_217 = R::Two::fused(-two(cos_t2, cos_t3), t194_195, t214_215);
-    t218_219 = two(cos_t2, cos_t3) * t192_193;
-    t220_221 = R::Two::fused(two(sin_t2, sin_t3), t188_189, t218_219);
-    t222_223 = two(sin_t2, sin_t3) * t192_193;
-    t224_225 = R::Two::fused(-two(cos_t2, cos_t3), t188_189, t222_223);
-    t226_227 = t204_205 * t204_205;
-    t228_229 = t200_201 + t226_227;
-    t230_231 = t204_205 * t208_209;
-    t232_233 = R::Two::fused(t198_199, t208_209, t212_213);
-    t234_235 = t198_199 * t204_205;
-    t236_237 = t216_217 - t234_235;
-    t238_239 = t92_93 - t230_231;
-    t240_241 = t216_217 + t234_235;
-    // right_foot, left_foot: motion
-    t242_243 = R::Two::fused(-t204_205, two(v_right_ankle_roll, v_left_ankle_roll), t92_93);
-    t244_245 = R::Two::fused(t198_199, two(v_right_ankle_roll, v_left_ankle_roll), t212_213);
-    t246_247 = t208_209 - two(v_right_ankle_roll, v_left_ankle_roll);
-    t248_249 = t198_199 * t246_247;
-    t250_251 = t244_245 - t248_249;
-    t252_253 = t204_205 * t246_247;
-    t254_255 = t242_243 + t252_253;
-    t256_257 = t244_245 + t248_249;
-    t258_259 = t246_247 * t246_247;
-    t260_261 = t226_227 + t258_259;
-    t262_263 = t242_243 - t252_253;
-    t264_265 = t200_201 + t258_259;
     // right_foot, left_foot: sums of what it carries
-    t266_267 = both(R::constant(0.0285)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t268_269 = both(R::constant(0.0285)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    t270_271 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t272_273 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    t274_275 = both(R::constant(0.00092625)) * t270_271;
-    t276_277 = both(R::constant(0.00092625)) * t272_273;
-    t278_279 = both(R::constant(0.00057475)) + t274_275;
-    t280_281 = both(R::constant(0.001501)) - t274_275;
-    t282_283 = both(R::constant(0.000855)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t284_285 = both(R::constant(0.000855)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    t286_287 = t250_251 * t266_267;
-    t288_289 = R::Two::fused(-t254_255, t268_269, t286_287);
-    t290_291 = t260_261 * t266_267;
-    t292_293 = R::Two::fused(t236_237, t268_269, t290_291);
-    t294_295 = t240_241 * t266_267;
-    t296_297 = R::Two::fused(-t264_265, t268_269, t294_295);
-    t298_299 = both(R::constant(0.00207575)) * t216_217;
-    t300_301 = t278_279 - t280_281;
-    t302_303 = R::Two::fused(t234_235, t300_301, t298_299);
-    t304_305 = t200_201 - t226_227;
-    t306_307 = R::Two::fused(-t262_263, t282_283, t302_303);
-    t308_309 = R::Two::fused(-t256_257, t284_285, t306_307);
-    t310_311 = R::Two::fused(-t276_277, t304_305, t308_309);
-    t312_313 = t254_255 * t280_281;
-    t314_315 = t226_227 - t258_259;
-    t316_317 = R::Two::fused(-t250_251, t276_277, t312_313);
-    t318_319 = R::Two::fused(-t240_241, t282_283, t316_317);
-    t320_321 = R::Two::fused(-t284_285, t314_315, t318_319);
-    t322_323 = t250_251 * t278_279;
-    t324_325 = t200_201 - t258_259;
-    t326_327 = R::Two::fused(-t236_237, t284_285, t322_323);
-    t328_329 = R::Two::fused(-t254_255, t276_277, t326_327);
-    t330_331 = R::Two::fused(t282_283, t324_325, t328_329);
-    t332_333 = t220_221 * t266_267;
-    t334_335 = R::Two::fused(-t190_191, t268_269, t332_333);
-    t336_337 = t310_311 - t334_335;
-    t338_339 = R::Two::fused(-t224_225, t268_269, t320_321);
-    t340_341 = R::Two::fused(t224_225, t266_267, t330_331);
+    t4_5 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t6_7 = both(R::constant(0.000855)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t8_9 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(0.41189931350114417));
+    t10_11 = both(R::constant(0.0285)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t12_13 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(13.729977116704806));
+    t14_15 = both(R::constant(0.0285)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
     // right_ankle, left_ankle: sums of what it carries
-    t342_343 = t92_93 * both(R::constant(0.003259));
-    t344_345 = R::Two::fused(t230_231, both(R::constant(-0.003249)), t342_343);
-    t346_347 = t232_233 * both(R::constant(0.003254));
-    t348_349 = R::Two::fused(both(R::constant(0.0171)), t220_221, t344_345);
-    t350_351 = R::Two::fused(both(R::constant(-0.0171)), t190_191, t346_347);
-    t352_353 = R::Two::fused(both(R::constant(0.0171)), t228_229, t288_289);
-    t354_355 = two(sin_t2, sin_t3) * t352_353;
-    t356_357 = two(cos_t2, cos_t3) * t352_353;
-    t358_359 = two(cos_t2, cos_t3) * t268_269;
-    t360_361 = two(sin_t2, sin_t3) * t268_269;
-    t362_363 = two(sin_t2, sin_t3) * two(sin_t2, sin_t3);
-    t364_365 = two(sin_t2, sin_t3) * two(cos_t2, cos_t3);
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t366_367 = both(R::constant(0.29034)) * two(cos_t0, cos_t1);
-    t368_369 = both(R::constant(0.29034)) * two(sin_t0, sin_t1);
-    t370_371 = two(sin_t0, sin_t1) * two(sin_t0, sin_t1);
-    t372_373 = two(sin_t0, sin_t1) * two(cos_t0, cos_t1);
-    t374_375 = both(R::constant(0.065449478333)) * t370_371;
-    t376_377 = both(R::constant(0.065449478333)) * t372_373;
-    t378_379 = both(R::constant(0.0658986450015)) - t374_375;
-    t380_381 = both(R::constant(0.0004491666685)) + t374_375;
-    t382_383 = t164_165 * t368_369;
-    t384_385 = R::Two::fused(t112_113, t366_367, t382_383);
-    t386_387 = t166_167 * t368_369;
-    t388_389 = R::Two::fused(-t168_169, t366_367, t386_387);
-    t390_391 = t116_117 * t368_369;
-    t392_393 = R::Two::fused(-t170_171, t366_367, t390_391);
-    t394_395 = t168_169 * t378_379;
-    t396_397 = R::Two::fused(-t166_167, t376_377, t394_395);
-    t398_399 = both(R::constant(0.06634781167)) * t92_93;
-    t400_401 = t378_379 - t380_381;
-    t402_403 = R::Two::fused(-t110_111, t400_401, t398_399);
-    t404_405 = t80_81 - t106_107;
-    t406_407 = R::Two::fused(-t376_377, t404_405, t402_403);
-    t408_409 = t166_167 * t380_381;
-    t410_411 = R::Two::fused(-t168_169, t376_377, t408_409);
-    t412_413 = t150_151 * t366_367;
-    t414_415 = R::Two::fused(-t154_155, t368_369, t412_413);
-    t416_417 = R::Two::fused(-t152_153, t366_367, t396_397);
-    t418_419 = t406_407 + t414_415;
-    t420_421 = R::Two::fused(t152_153, t368_369, t410_411);
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t422_423 = both(R::constant(0.8932)) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    t424_425 = both(R::constant(0.8932)) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
-    t426_427 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
-    t428_429 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    t430_431 = both(R::constant(0.23740175003)) * t426_427;
-    t432_433 = both(R::constant(0.23740175003)) * t428_429;
-    t434_435 = both(R::constant(0.239156750015)) - t430_431;
-    t436_437 = both(R::constant(0.001754999985)) + t430_431;
-    t438_439 = t126_127 * t424_425;
-    t440_441 = R::Two::fused(t112_113, t422_423, t438_439);
-    t442_443 = t128_129 * t424_425;
-    t444_445 = R::Two::fused(-t130_131, t422_423, t442_443);
-    t446_447 = t116_117 * t424_425;
-    t448_449 = R::Two::fused(-t132_133, t422_423, t446_447);
-    t450_451 = t130_131 * t434_435;
-    t452_453 = R::Two::fused(-t128_129, t432_433, t450_451);
-    t454_455 = both(R::constant(0.24091175)) * t92_93;
-    t456_457 = t434_435 - t436_437;
-    t458_459 = R::Two::fused(-t110_111, t456_457, t454_455);
-    t460_461 = R::Two::fused(-t404_405, t432_433, t458_459);
-    t462_463 = t128_129 * t436_437;
-    t464_465 = R::Two::fused(-t130_131, t432_433, t462_463);
-    t466_467 = t62_63 * t422_423;
-    t468_469 = R::Two::fused(-t104_105, t424_425, t466_467);
-    t470_471 = R::Two::fused(-t100_101, t422_423, t452_453);
-    t472_473 = t460_461 + t468_469;
-    t474_475 = R::Two::fused(t100_101, t424_425, t464_465);
-    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t476_477 = t54_55 * both(R::constant(0.0017316666835));
-    t478_479 = R::Two::fused(t114_115, both(R::constant(-0.0017216666835)), t476_477);
-    t480_481 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
-    t482_483 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
-    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t484_485 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
-    t486_487 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
-    let (
-        t488, t489, t490, t491, t492, t493, t494, t495, t496, t497, t498_499, t500_501, t502_503, t504_505, t506_507,
-        t508_509, t510_511, t512_513, t514_515, t516_517, t518_519, t520_521, t522_523, t524_525, t526_527, t528_529,
-        t530_531, t532_533, t534_535, t536_537, t538_539, t540_541, t542_543, t544_545, t546_547, t548_549, t550_551,
-        t552_553, t554_555, t556_557, t558_559, t560_561, t562_563, t564_565, t566_567, t568_569, t570_571, t572_573,
-        t574_575, t576_577, t578_579, t580_581, t582_583, t584_585, t586_587, t588_589, t590_591, t592_593, t594_595,
-        t596_597, t598_599, t600_601, t602_603, t604_605, t606_607, t608_609, t610_611, t612_613, t614_615, t616_617,
-        t618_619, t620_621, t622_623, t624_625, t626_627, t628_629, t630_631, t632_633, t634_635, t636_637, t638_639,
-        t640_641, t642_643, t644_645, t646_647, t648_649, t650_651, t652_653, t654_655, t656_657, t658_659, t660_661,
-        t662_663, t664_665, t666_667, t668_669, t670_671, t672_673, t674_675, t676_677, t678_679, t680_681, t682_683,
-        t684_685, t686_687, t688_689, t690_691, t692_693, t694_695, t696_697, t698_699, t700_701, t702_703, t704_705,
-        t706_707, t708_709, t710_711, t712_713, t714_715, t716_717, t718_719, t720_721, t722_723, t724_725, t726_727,
-        t728_729, t730_731, t732_733, t734_735, t736_737, t738_739, t740_741, t742_743, t744_745, t746_747, t748_749,
-        t750_751, t752_753, t754_755, t756_757, t758_759, t760_761, t762_763, t764_765, t766_767, t768_769, t770_771,
-        t772_773, t774_775, t776_777, t778_779, t780_781, t782_783, t784_785, t786_787, t788_789, t790_791, t792_793,
-        t794_795, t796_797, t798_799, t800_801, t802_803, t804_805, t806_807, t808_809, t810_811, t812_813, t814_815,
-        t816_817, t818_819, t820_821, t822_823, t824_825, t826_827, t828_829, t830_831, t832_833, t834_835, t836_837,
-        t838_839, t840_841, t842_843, t844_845, t846_847, t848_849, t850_851, t852_853, t854_855, t856_857, t858_859,
-        t860_861, t862_863, t864_865, t866_867, t868_869, t870_871, t872_873, t874_875, t876_877, t878_879, t880_881,
-        t882_883, t884_885, t886_887, t888_889, t890_891, t892_893, t894_895, t896_897, t898_899, t900_901, t902_903,
-        t904_905, t906_907, t908_909, t910_911, t912_913, t914_915, t916_917, t918_919, t920_921, t922_923, t924_925,
-        t926_927, t928_929, t930_931, t932_933, t934_935, t936_937, t938_939, t940_941, t942_943, t944_945, t946_947,
-        t948_949, t950_951, t952_953, t954_955, t956_957, t958_959, t960_961, t962_963, t964_965, t966_967, t968_969,
-        t970_971, t972_973, t974_975, t976_977, t978_979, t980_981, t982_983, t984_985, t986_987, t988_989,
-    );
-    // torso: sums of what it carries
-    t488 = R::constant(2.444) * t24;
-    t489 = R::constant(2.444) * t27;
-    t490 = R::constant(2.444) * t28;
-    t491 = R::fused(R::constant(19.0), t20, t488);
-    t492 = R::fused(R::constant(19.0), t21, t489);
-    t493 = R::fused(R::constant(-19.0), t22, t490);
-    t494 = t27 * R::constant(0.631361667);
-    t495 = t24 * R::constant(0.729656667);
-    t496 = R::fused(R::constant(2.444), t21, t494);
-    t497 = R::fused(R::constant(2.444), t20, t495);
-    t498_499 = two(tau_right_ankle_roll, tau_left_ankle_roll) + t336_337; // other
-    t500_501 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(0.41189931350114417));
-    t502_503 = t498_499 * both(R::constant(481.7535830422739)); // other
-    // right_foot, left_foot: articulated inertia
-    t504_505 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(13.729977116704806));
-    t506_507 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(13.729977116704806));
-    t508_509 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.41189931350114417));
-    t510_511 = t268_269 * t504_505;
-    t512_513 = t266_267 * t504_505;
-    t514_515 = t266_267 * t506_507;
-    t516_517 = t282_283 * t504_505;
-    t518_519 = t284_285 * t506_507;
-    t520_521 = R::Two::fused(-t282_283, t500_501, t280_281);
-    t522_523 = R::Two::fused(t284_285, t500_501, t276_277);
-    t524_525 = R::Two::fused(-t284_285, t508_509, t278_279);
-    t526_527 = R::Two::fused(-t268_269, t502_503, t292_293);
-    t528_529 = R::Two::fused(-t266_267, t502_503, t296_297);
-    t530_531 = R::Two::fused(t282_283, t502_503, t338_339);
-    t532_533 = R::Two::fused(t284_285, t502_503, t340_341);
+    t16_17 = two(sin_t2, sin_t3) * two(sin_t2, sin_t3);
+    t18_19 = two(sin_t2, sin_t3) * two(cos_t2, cos_t3);
+    t20_21 = both(R::constant(0.00092625)) * t4_5; // right_foot, left_foot: sums of what it carries
+    t22_23 = two(cos_t0, cos_t1) * both(R::constant(0.273)); // right_ankle, left_ankle: motion
+    t24_25 = two(cos_t2, cos_t3) * t10_11;
+    t26_27 = two(sin_t2, sin_t3) * t10_11;
+    t28_29 = R::Two::fused(-t6_7, t12_13, both(R::constant(0.0171))); // right_ankle, left_ankle: articulated inertia
+    t30_31 = t14_15 * t12_13; // right_foot, left_foot: articulated inertia
+    t32_33 = two(sin_t0, sin_t1) * both(R::constant(0.273)); // right_ankle, left_ankle: motion
+    // right_foot, left_foot: sums of what it carries
+    t34_35 = both(R::constant(0.000855)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t36_37 = both(R::constant(0.001501)) - t20_21;
+    t38_39 = both(R::constant(0.00057475)) + t20_21;
     // right_ankle, left_ankle: articulated inertia
-    t534_535 = R::Two::fused(-t282_283, t506_507, both(R::constant(0.0171)));
-    t536_537 = R::Two::fused(-t284_285, t504_505, both(R::constant(0.0171)));
-    t538_539 = both(R::constant(0.003259)) + t520_521;
-    t540_541 = both(R::constant(0.003254)) + t524_525;
-    t542_543 = R::Two::fused(both(R::constant(0.0171)), t232_233, -t526_527);
-    t544_545 = R::Two::fused(both(R::constant(0.0171)), t238_239, -t528_529);
-    t546_547 = R::Two::fused(two(cos_t2, cos_t3), t544_545, t354_355);
-    t548_549 = R::Two::fused(-two(sin_t2, sin_t3), t544_545, t356_357);
-    t550_551 = R::Two::fused(t236_237, both(R::constant(-0.000005)), two(tau_right_ankle_roll, tau_left_ankle_roll));
-    t552_553 = t348_349 + t530_531;
-    t554_555 = t350_351 + t532_533;
-    t556_557 = two(cos_t2, cos_t3) * t554_555;
-    t558_559 = R::Two::fused(-two(sin_t2, sin_t3), t550_551, t556_557);
-    t560_561 = two(sin_t2, sin_t3) * t554_555;
-    t562_563 = R::Two::fused(two(cos_t2, cos_t3), t550_551, t560_561);
-    t564_565 = t362_363 * t514_515;
-    t566_567 = t364_365 * t514_515;
-    t568_569 = t514_515 - t564_565;
-    t570_571 = two(cos_t2, cos_t3) * t512_513;
-    t572_573 = two(sin_t2, sin_t3) * t512_513;
-    t574_575 = t362_363 * t518_519;
-    t576_577 = R::Two::fused(t266_267, t364_365, t574_575);
-    t578_579 = t266_267 * t362_363;
-    t580_581 = R::Two::fused(-t364_365, t518_519, t578_579);
-    t582_583 = t518_519 - t576_577;
-    t584_585 = t266_267 - t580_581;
-    t586_587 = two(cos_t2, cos_t3) * t536_537;
-    t588_589 = two(sin_t2, sin_t3) * t536_537;
-    t590_591 = R::Two::fused(-two(cos_t2, cos_t3), t534_535, t360_361);
-    t592_593 = R::Two::fused(two(sin_t2, sin_t3), t534_535, t358_359);
-    t594_595 = both(R::constant(0.000005)) - t540_541;
-    t596_597 = t362_363 * t594_595;
-    t598_599 = t364_365 * t594_595;
-    t600_601 = t540_541 + t596_597;
-    t602_603 = both(R::constant(0.000005)) - t596_597;
-    t604_605 = two(cos_t2, cos_t3) * t522_523;
-    t606_607 = two(sin_t2, sin_t3) * t522_523;
-    t608_609 = two(tau_right_ankle_pitch, tau_left_ankle_pitch) + t552_553;
-    t610_611 = both(R::constant(1.0)) / t538_539;
-    t612_613 = t592_593 * t610_611;
-    t614_615 = t516_517 * t610_611;
-    t616_617 = t590_591 * t610_611;
-    t618_619 = t606_607 * t610_611;
-    t620_621 = t604_605 * t610_611;
-    t622_623 = R::Two::fused(t592_593, t612_613, t564_565);
-    t624_625 = R::Two::fused(-t516_517, t612_613, t572_573);
-    t626_627 = R::Two::fused(-t590_591, t612_613, t566_567);
-    t628_629 = R::Two::fused(t516_517, t614_615, t510_511);
-    t630_631 = R::Two::fused(t590_591, t614_615, t570_571);
-    t632_633 = R::Two::fused(t590_591, t616_617, t568_569);
-    t634_635 = R::Two::fused(-t606_607, t612_613, t576_577);
-    t636_637 = R::Two::fused(-t606_607, t614_615, t588_589);
-    t638_639 = R::Two::fused(-t606_607, t616_617, t580_581);
-    t640_641 = R::Two::fused(-t604_605, t612_613, t584_585);
-    t642_643 = R::Two::fused(-t604_605, t614_615, t586_587);
-    t644_645 = R::Two::fused(t604_605, t616_617, t582_583);
-    t646_647 = R::Two::fused(-t606_607, t618_619, t602_603);
-    t648_649 = R::Two::fused(t604_605, t618_619, t598_599);
-    t650_651 = R::Two::fused(-t604_605, t620_621, t600_601);
-    t652_653 = t608_609 * t610_611;
-    t654_655 = R::Two::fused(t592_593, t652_653, t548_549);
-    t656_657 = R::Two::fused(t516_517, t652_653, t542_543);
-    t658_659 = R::Two::fused(t590_591, t652_653, t546_547);
-    t660_661 = R::Two::fused(t606_607, t652_653, t562_563);
-    t662_663 = R::Two::fused(-t538_539, t652_653, t552_553);
-    t664_665 = R::Two::fused(t604_605, t652_653, t558_559);
-    t666_667 = t172_173 * t624_625;
-    t668_669 = t172_173 * t622_623;
-    t670_671 = R::Two::fused(-t174_175, t626_627, t668_669);
-    t672_673 = t174_175 * t630_631;
-    t674_675 = t666_667 - t672_673;
-    t676_677 = t172_173 * t626_627;
-    t678_679 = R::Two::fused(-t174_175, t632_633, t676_677);
-    t680_681 = t634_635 + t666_667;
-    t682_683 = R::Two::fused(-t172_173, t628_629, t636_637);
-    t684_685 = R::Two::fused(-t172_173, t630_631, t638_639);
-    t686_687 = R::Two::fused(-t174_175, t624_625, t640_641);
-    t688_689 = R::Two::fused(t174_175, t628_629, t642_643);
-    t690_691 = t644_645 - t672_673;
-    t692_693 = t172_173 * t634_635;
-    t694_695 = R::Two::fused(t174_175, t638_639, t692_693);
-    t696_697 = R::Two::fused(t172_173, t636_637, t646_647);
-    t698_699 = R::Two::fused(t174_175, t636_637, t648_649);
-    t700_701 = R::Two::fused(-t174_175, t642_643, t650_651);
-    t702_703 = t172_173 * t670_671;
-    t704_705 = R::Two::fused(-t174_175, t678_679, t702_703);
-    t706_707 = t172_173 * t686_687;
-    t708_709 = R::Two::fused(-t174_175, t690_691, t706_707);
-    t710_711 = R::Two::fused(t172_173, t682_683, t696_697);
-    t712_713 = R::Two::fused(t172_173, t674_675, t694_695);
-    t714_715 = R::Two::fused(-t172_173, t688_689, t698_699);
-    t716_717 = R::Two::fused(-t174_175, t688_689, t700_701);
-    t718_719 = t172_173 * t654_655;
-    t720_721 = R::Two::fused(t174_175, t658_659, t718_719);
-    t722_723 = R::Two::fused(t172_173, t656_657, t660_661);
-    t724_725 = t662_663 - t720_721;
-    t726_727 = R::Two::fused(-t174_175, t656_657, t664_665);
+    t40_41 = R::Two::fused(-two(cos_t2, cos_t3), t28_29, t26_27);
+    t42_43 = R::Two::fused(two(sin_t2, sin_t3), t28_29, t24_25);
+    t44_45 = t16_17 * t30_31;
+    t46_47 = t34_35 * t12_13; // right_foot, left_foot: articulated inertia
+    // torso: motion
+    t48 = v_base_linear_z * v_base_angular_y;
+    t49 = R::fused(-v_base_linear_y, v_base_angular_z, t48);
+    t50 = v_base_linear_x * v_base_angular_z;
+    t51 = R::fused(-v_base_linear_z, v_base_angular_x, t50);
+    t52 = v_base_linear_y * v_base_angular_x;
+    t53 = R::fused(-v_base_linear_x, v_base_angular_y, t52);
+    t54 = q_base_qx * R::constant(2.0);
+    t55 = q_base_qy * R::constant(2.0);
+    t56 = q_base_qz * R::constant(2.0);
+    t57 = v_base_angular_x * v_base_angular_y;
+    t58 = v_base_angular_x * v_base_angular_z;
+    t59 = v_base_angular_x * v_base_angular_x;
+    t60 = v_base_angular_y * v_base_angular_z;
+    t61_62 = both(v_base_angular_y) * two(v_right_hip_yaw, v_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t63 = q_base_qx * t54;
+    t64 = R::fused(q_base_qy, t55, t63);
+    t65 = R::constant(1.0) - t64;
+    t66 = R::fused(R::constant(9.81), t65, t53);
+    t67 = q_base_qx * t56;
+    t68 = R::fused(-q_base_qw, t55, t67);
+    t69 = R::fused(R::constant(9.81), t68, t49);
+    t70 = q_base_qy * t56;
+    t71 = R::fused(q_base_qw, t54, t70);
+    t72 = R::fused(R::constant(9.81), t71, t51);
+    t73 = R::fused(v_base_angular_z, v_base_angular_z, t59);
+    t74 = R::fused(v_base_angular_y, v_base_angular_y, t59);
+    t75 = t73 * R::constant(0.075); // right_hip_yaw_link: motion
+    t76 = R::constant(2.444) * t74; // torso: sums of what it carries
+    t77_78 = R::Two::fused(both(t75), two(R::constant(1.0), R::constant(-1.0)), both(t72));
+    t79 = R::fused(R::constant(-19.0), t66, t76); // torso: sums of what it carries
+    t80 = t57 * R::constant(0.075); // right_hip_yaw_link: motion
+    t81_82 = R::Two::fused(both(t80), two(R::constant(-1.0), R::constant(1.0)), both(t69));
+    t83 = t60 * R::constant(0.075); // right_hip_yaw_link: motion
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t84_85 = R::Two::fused(both(t83), two(R::constant(-1.0), R::constant(1.0)), both(t66));
+    t86_87 = both(v_base_angular_x) * two(v_right_hip_yaw, v_left_hip_yaw);
+    t88_89 = both(v_base_angular_z) + two(v_right_hip_yaw, v_left_hip_yaw);
+    t90_91 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * both(v_base_angular_x);
+    t92_93 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(v_base_angular_y), t90_91);
+    t94_95 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * both(v_base_angular_x);
+    t96_97 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(v_base_angular_y), t94_95);
+    t98_99 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t61_62;
+    t100_101 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t61_62;
+    t102_103 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t86_87, t98_99);
+    t104_105 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t86_87, t100_101);
+    // right_lower_leg, left_lower_leg: motion
+    t106_107 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(R::constant(0.315));
+    t108_109 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(R::constant(0.315));
+    // right_foot, left_foot: sums of what it carries
+    t110_111 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t112_113 = both(R::constant(0.00092625)) * t110_111;
+    t114_115 = t38_39 - t36_37;
+    t116_117 = both(R::constant(0.29034)) * two(cos_t0, cos_t1); // right_lower_leg, left_lower_leg
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t118_119 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t81_82;
+    t120_121 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t81_82;
+    t122_123 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t77_78, t118_119);
+    t124_125 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t77_78, t120_121);
+    t126_127 = t92_93 * t96_97;
+    t128_129 = t96_97 * two(v_right_hip_roll, v_left_hip_roll); // right_hip_roll_link, left_hip_roll_link: motion
+    t130_131 = R::Two::fused(t88_89, t92_93, t104_105);
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t132_133 = R::Two::fused(-t88_89, two(v_right_hip_roll, v_left_hip_roll), t104_105);
+    t134_135 = t92_93 + two(v_right_hip_roll, v_left_hip_roll);
+    t136_137 = R::Two::fused(-t88_89, t96_97, t102_103); // right_hip_yaw_link, left_hip_yaw_link: motion
+    t138_139 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t96_97;
+    t140_141 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t96_97;
+    t142_143 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t88_89, t138_139);
+    t144_145 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t88_89, t140_141);
+    t146_147 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t132_133;
+    t148_149 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t132_133;
+    t150_151 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t128_129, t146_147);
+    t152_153 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t128_129, t148_149);
+    t154_155 = t134_135 * t134_135;
+    t156_157 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t124_125;
+    t158_159 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t124_125;
+    t160_161 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t84_85, t156_157);
+    t162_163 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t84_85, t158_159);
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t164_165 = both(R::constant(0.29034)) * two(sin_t0, sin_t1);
+    t166_167 = two(sin_t0, sin_t1) * two(sin_t0, sin_t1);
+    t168_169 = both(R::constant(0.065449478333)) * t166_167;
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t170_171 = t144_145 * t144_145;
+    t172_173 = t134_135 * t144_145;
+    t174_175 = t142_143 * t144_145;
+    t176_177 = R::Two::fused(-t144_145, two(v_right_hip_pitch, v_left_hip_pitch), t102_103);
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t178_179 = t102_103 * both(R::constant(0.0017316666835));
+    t180_181 = R::Two::fused(t174_175, both(R::constant(-0.0017216666835)), t178_179);
+    t182_183 = R::Two::fused(t134_135, t142_143, t152_153); // right_hip_roll_link, left_hip_roll_link: motion
+    // right_upper_leg, left_upper_leg: motion
+    t184_185 = R::Two::fused(t134_135, two(v_right_hip_pitch, v_left_hip_pitch), t152_153);
+    t186_187 = t142_143 - two(v_right_hip_pitch, v_left_hip_pitch);
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t188_189 = t150_151 - t172_173;
+    t190_191 = t150_151 + t172_173;
+    t192_193 = R::Two::fused(-t144_145, two(v_right_knee_pitch, v_left_knee_pitch), t176_177);
+    t194_195 = R::Two::fused(t144_145, t186_187, t176_177); // right_upper_leg, left_upper_leg: motion
+    // right_ankle, left_ankle: motion
+    t196_197 = two(cos_t2, cos_t3) * t144_145;
+    t198_199 = R::Two::fused(two(sin_t2, sin_t3), t134_135, t196_197);
+    t200_201 = R::Two::fused(t134_135, two(v_right_knee_pitch, v_left_knee_pitch), t184_185);
+    // right_upper_leg, left_upper_leg: motion
+    t202_203 = R::Two::fused(-t134_135, t186_187, t184_185);
+    t204_205 = t186_187 * t186_187;
+    // right_lower_leg, left_lower_leg: motion
+    t206_207 = t186_187 - two(v_right_knee_pitch, v_left_knee_pitch);
+    t208_209 = t190_191 * t108_109;
+    // right_ankle, left_ankle: motion
+    t210_211 = t190_191 * t32_33;
+    t212_213 = R::Two::fused(-t144_145, two(v_right_ankle_pitch, v_left_ankle_pitch), t192_193);
+    t214_215 = R::Two::fused(t144_145, t206_207, t192_193); // right_lower_leg, left_lower_leg: motion
+    t216_217 = two(sin_t2, sin_t3) * t144_145;
+    t218_219 = R::Two::fused(-two(cos_t2, cos_t3), t134_135, t216_217);
+    // right_upper_leg, left_upper_leg: motion
+    t220_221 = t170_171 + t204_205;
+    t222_223 = t154_155 + t204_205;
+    // right_lower_leg, left_lower_leg: motion
+    t224_225 = R::Two::fused(-t222_223, t106_107, t208_209);
+    t226_227 = t162_163 - t224_225;
+    t228_229 = t202_203 * t108_109;
+    t230_231 = R::Two::fused(-t194_195, t106_107, t228_229);
+    t232_233 = t160_161 + t230_231;
+    t234_235 = t220_221 * t108_109;
+    t236_237 = R::Two::fused(t188_189, t106_107, t234_235);
+    t238_239 = t122_123 + t236_237;
+    t240_241 = t206_207 * t206_207;
+    t242_243 = R::Two::fused(-t134_135, t206_207, t200_201);
+    // right_ankle, left_ankle: motion
+    t244_245 = R::Two::fused(t134_135, two(v_right_ankle_pitch, v_left_ankle_pitch), t200_201);
+    t246_247 = t206_207 - two(v_right_ankle_pitch, v_left_ankle_pitch);
+    t248_249 = t198_199 * t198_199;
+    t250_251 = t198_199 * t218_219;
+    t252_253 = R::Two::fused(-t198_199, two(v_right_ankle_roll, v_left_ankle_roll), t150_151); // right_foot, left_foot
+    // right_lower_leg, left_lower_leg: motion
+    t254_255 = t170_171 + t240_241;
+    t256_257 = t154_155 + t240_241;
+    t258_259 = t154_155 - t170_171; // right_lower_leg, left_lower_leg: sums of what it carries
+    // right_ankle, left_ankle: motion
+    t260_261 = R::Two::fused(-t256_257, t22_23, t210_211);
+    t262_263 = t226_227 - t260_261;
+    t264_265 = t242_243 * t32_33;
+    t266_267 = R::Two::fused(-t214_215, t22_23, t264_265);
+    t268_269 = t232_233 + t266_267;
+    t270_271 = t254_255 * t32_33;
+    t272_273 = t254_255 * t164_165; // right_lower_leg, left_lower_leg: sums of what it carries
+    t274_275 = R::Two::fused(t188_189, t22_23, t270_271);
+    t276_277 = R::Two::fused(t188_189, t116_117, t272_273); // right_lower_leg, left_lower_leg: sums of what it carries
+    t278_279 = t238_239 + t274_275;
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t280_281 = t238_239 * t116_117;
+    t282_283 = R::Two::fused(-t226_227, t164_165, t280_281);
+    // right_ankle, left_ankle: motion
+    t284_285 = t246_247 * t246_247;
+    t286_287 = two(cos_t2, cos_t3) * t244_245;
+    t288_289 = two(sin_t2, sin_t3) * t244_245;
+    t290_291 = R::Two::fused(two(sin_t2, sin_t3), t212_213, t286_287);
+    t292_293 = R::Two::fused(-two(cos_t2, cos_t3), t212_213, t288_289);
+    t294_295 = t246_247 * t198_199;
+    t296_297 = t150_151 - t250_251;
+    t298_299 = t284_285 + t248_249;
+    // right_foot, left_foot: motion
+    t300_301 = t218_219 - two(v_right_ankle_roll, v_left_ankle_roll);
+    t302_303 = t198_199 * t300_301;
+    t304_305 = R::Two::fused(t246_247, t218_219, t290_291); // right_ankle, left_ankle: motion
+    t306_307 = R::Two::fused(t246_247, two(v_right_ankle_roll, v_left_ankle_roll), t290_291);
+    t308_309 = t246_247 * t300_301;
+    t310_311 = t300_301 * t300_301;
+    // right_ankle, left_ankle: motion
+    t312_313 = two(cos_t2, cos_t3) * t262_263;
+    t314_315 = two(sin_t2, sin_t3) * t262_263;
+    t316_317 = R::Two::fused(two(sin_t2, sin_t3), t278_279, t312_313);
+    t318_319 = R::Two::fused(-two(cos_t2, cos_t3), t278_279, t314_315);
+    t320_321 = t292_293 - t294_295;
+    t322_323 = t292_293 + t294_295;
+    // right_foot, left_foot: sums of what it carries
+    t324_325 = both(R::constant(0.00207575)) * t292_293;
+    t326_327 = R::Two::fused(t294_295, t114_115, t324_325);
+    t328_329 = t284_285 - t248_249;
+    // right_foot, left_foot: motion
+    t330_331 = t252_253 + t302_303;
+    t332_333 = t252_253 - t302_303;
+    t334_335 = R::Two::fused(-t332_333, t6_7, t326_327); // right_foot, left_foot: sums of what it carries
+    t336_337 = t306_307 - t308_309;
+    t338_339 = t306_307 + t308_309;
+    // right_foot, left_foot: sums of what it carries
+    t340_341 = R::Two::fused(-t338_339, t34_35, t334_335);
+    t342_343 = R::Two::fused(-t112_113, t328_329, t340_341);
+    t344_345 = t248_249 + t310_311; // right_foot, left_foot: motion
+    t346_347 = t248_249 - t310_311;
+    t348_349 = t344_345 * t14_15;
+    t350_351 = R::Two::fused(t320_321, t10_11, t348_349);
+    t352_353 = t284_285 + t310_311; // right_foot, left_foot: motion
+    t354_355 = t284_285 - t310_311;
+    t356_357 = t336_337 * t14_15;
+    t358_359 = R::Two::fused(-t330_331, t10_11, t356_357);
+    t360_361 = R::Two::fused(both(R::constant(0.0171)), t298_299, t358_359); // right_ankle, left_ankle
+    t362_363 = t322_323 * t14_15;
+    t364_365 = R::Two::fused(-t352_353, t10_11, t362_363);
+    t366_367 = t330_331 * t36_37;
+    // right_foot, left_foot: articulated inertia
+    t368_369 = R::Two::fused(-t6_7, t8_9, t36_37);
+    t370_371 = R::Two::fused(t34_35, t8_9, t112_113);
+    // right_foot, left_foot: sums of what it carries
+    t372_373 = R::Two::fused(-t336_337, t112_113, t366_367);
+    t374_375 = R::Two::fused(-t322_323, t6_7, t372_373);
+    t376_377 = R::Two::fused(-t34_35, t346_347, t374_375);
+    t378_379 = t336_337 * t38_39;
+    t380_381 = both(R::constant(0.003259)) + t368_369; // right_ankle, left_ankle: articulated inertia
+    t382_383 = R::Two::fused(-t320_321, t34_35, t378_379);
+    t384_385 = R::Two::fused(-t330_331, t112_113, t382_383);
+    t386_387 = R::Two::fused(t6_7, t354_355, t384_385);
+    t388_389 = R::Two::fused(t320_321, both(R::constant(-0.000005)), two(tau_right_ankle_roll, tau_left_ankle_roll));
+    t390_391 = R::Two::fused(-t318_319, t10_11, t376_377);
+    t392_393 = R::Two::fused(t318_319, t14_15, t386_387);
+    t394_395 = t316_317 * t14_15;
+    t396_397 = R::Two::fused(-t268_269, t10_11, t394_395);
+    t398_399 = t342_343 - t396_397;
+    t400_401 = two(tau_right_ankle_roll, tau_left_ankle_roll) + t398_399; // other
+    // right_ankle, left_ankle: sums of what it carries
+    t402_403 = t150_151 * both(R::constant(0.003259));
+    t404_405 = R::Two::fused(t250_251, both(R::constant(-0.003249)), t402_403);
+    t406_407 = R::Two::fused(both(R::constant(0.0171)), t316_317, t404_405);
+    t408_409 = t304_305 * both(R::constant(0.003254));
+    t410_411 = R::Two::fused(both(R::constant(-0.0171)), t268_269, t408_409);
+    t412_413 = two(sin_t2, sin_t3) * t360_361;
+    t414_415 = two(cos_t2, cos_t3) * t360_361;
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t416_417 = two(sin_t0, sin_t1) * two(cos_t0, cos_t1);
+    t418_419 = both(R::constant(0.065449478333)) * t416_417;
+    t420_421 = both(R::constant(0.0658986450015)) - t168_169;
+    t422_423 = both(R::constant(0.0004491666685)) + t168_169;
+    t424_425 = t242_243 * t164_165;
+    t426_427 = R::Two::fused(-t214_215, t116_117, t424_425);
+    t428_429 = t190_191 * t164_165;
+    t430_431 = R::Two::fused(-t256_257, t116_117, t428_429);
+    t432_433 = both(R::constant(0.06634781167)) * t150_151;
+    t434_435 = both(R::constant(0.24091175)) * t150_151; // right_upper_leg, left_upper_leg: sums of what it carries
+    t436_437 = t214_215 * t420_421;
+    t438_439 = R::Two::fused(-t242_243, t418_419, t436_437);
+    t440_441 = t242_243 * t422_423;
+    t442_443 = R::Two::fused(-t214_215, t418_419, t440_441);
+    t444_445 = R::Two::fused(-t232_233, t116_117, t438_439);
+    t446_447 = R::Two::fused(t232_233, t164_165, t442_443);
+    t448_449 = t420_421 - t422_423;
+    t450_451 = R::Two::fused(-t172_173, t448_449, t432_433);
+    t452_453 = R::Two::fused(-t418_419, t258_259, t450_451);
+    t454_455 = t452_453 + t282_283;
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t456_457 = both(R::constant(0.8932)) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t458_459 = t122_123 * t456_457;
+    t460_461 = both(R::constant(0.8932)) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    t462_463 = R::Two::fused(-t162_163, t460_461, t458_459);
+    t464_465 = t220_221 * t460_461;
+    t466_467 = t190_191 * t460_461;
+    t468_469 = R::Two::fused(-t222_223, t456_457, t466_467);
+    t470_471 = R::Two::fused(t188_189, t456_457, t464_465);
+    t472_473 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    t474_475 = both(R::constant(0.23740175003)) * t472_473;
+    t476_477 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t478_479 = both(R::constant(0.23740175003)) * t476_477;
+    t480_481 = t202_203 * t460_461;
+    t482_483 = R::Two::fused(-t194_195, t456_457, t480_481);
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t484_485 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
+    let (
+        t486_487, t488_489, t490_491, t492, t493, t494, t495, t496, t497, t498, t499, t500_501, t502_503, t504_505,
+        t506_507, t508_509, t510_511, t512_513, t514_515, t516_517, t518_519, t520_521, t522_523, t524_525, t526_527,
+        t528_529, t530_531, t532_533, t534_535, t536_537, t538_539, t540_541, t542_543, t544_545, t546_547, t548_549,
+        t550_551, t552_553, t554_555, t556_557, t558_559, t560_561, t562_563, t564_565, t566_567, t568_569, t570_571,
+        t572_573, t574_575, t576_577, t578_579, t580_581, t582_583, t584_585, t586_587, t588_589, t590_591, t592_593,
+        t594_595, t596_597, t598_599, t600_601, t602_603, t604_605, t606_607, t608_609, t610_611, t612_613, t614_615,
+        t616_617, t618_619, t620_621, t622_623, t624_625, t626_627, t628_629, t630_631, t632_633, t634_635, t636_637,
+        t638_639, t640_641, t642_643, t644_645, t646_647, t648_649, t650_651, t652_653, t654_655, t656_657, t658_659,
+        t660_661, t662_663, t664_665, t666_667, t668_669, t670_671, t672_673, t674_675, t676_677, t678_679, t680_681,
+        t682_683, t684_685, t686_687, t688_689, t690_691, t692_693, t694_695, t696_697, t698_699, t700_701, t702_703,
+        t704_705, t706_707, t708_709, t710_711, t712_713, t714_715, t716_717, t718_719, t720_721, t722_723, t724_725,
+        t726_727, t728_729, t730_731, t732_733, t734_735, t736_737, t738_739, t740_741, t742_743, t744_745, t746_747,
+        t748_749, t750_751, t752_753, t754_755, t756_757, t758_759, t760_761, t762_763, t764_765, t766_767, t768_769,
+        t770_771, t772_773, t774_775, t776_777, t778_779, t780_781, t782_783, t784_785, t786_787, t788_789, t790_791,
+        t792_793, t794_795, t796_797, t798_799, t800_801, t802_803, t804_805, t806_807, t808_809, t810_811, t812_813,
+        t814_815, t816_817, t818_819, t820_821, t822_823, t824_825, t826_827, t828_829, t830_831, t832_833, t834_835,
+        t836_837, t838_839, t840_841, t842_843, t844_845, t846_847, t848_849, t850_851, t852_853, t854_855, t856_857,
+        t858_859, t860_861, t862_863, t864_865, t866_867, t868_869, t870_871, t872_873, t874_875, t876_877, t878_879,
+        t880_881, t882_883, t884_885, t886_887, t888_889, t890_891, t892_893, t894_895, t896_897, t898_899, t900_901,
+        t902_903, t904_905, t906_907, t908_909, t910_911, t912_913, t914_915, t916_917, t918_919, t920_921, t922_923,
+        t924_925, t926_927, t928_929, t930_931, t932_933, t934_935, t936_937, t938_939, t940_941, t942_943, t944_945,
+        t946_947, t948_949, t950_951, t952_953, t954_955, t956_957, t958_959, t960_961, t962_963, t964_965, t966_967,
+        t968_969, t970_971, t972_973, t974_975, t976_977, t978_979, t980_981, t982_983, t984_985, t986_987, t988_989,
+    );
+    t486_487 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
+    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
+    t488_489 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
+    t490_491 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
+    // torso: sums of what it carries
+    t492 = R::constant(2.444) * t58;
+    t493 = t58 * R::constant(0.729656667);
+    t494 = R::fused(R::constant(19.0), t69, t492);
+    t495 = R::fused(R::constant(2.444), t69, t493);
+    t496 = R::constant(2.444) * t60;
+    t497 = t60 * R::constant(0.631361667);
+    t498 = R::fused(R::constant(19.0), t72, t496);
+    t499 = R::fused(R::constant(2.444), t72, t497);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t500_501 = both(R::constant(0.239156750015)) - t474_475;
+    t502_503 = both(R::constant(0.001754999985)) + t474_475;
+    t504_505 = t400_401 * both(R::constant(481.7535830422739)); // other
+    t506_507 = R::Two::fused(-t10_11, t504_505, t350_351); // right_foot, left_foot: articulated inertia
+    t508_509 = R::Two::fused(both(R::constant(0.0171)), t304_305, -t506_507); // right_ankle, left_ankle
+    t510_511 = R::Two::fused(-t14_15, t504_505, t364_365); // right_foot, left_foot: articulated inertia
+    t512_513 = R::Two::fused(both(R::constant(0.0171)), t296_297, -t510_511); // right_ankle, left_ankle
+    // right_foot, left_foot: articulated inertia
+    t514_515 = R::Two::fused(t6_7, t504_505, t390_391);
+    t516_517 = R::Two::fused(t34_35, t504_505, t392_393);
+    // right_ankle, left_ankle: articulated inertia
+    t518_519 = t406_407 + t514_515;
+    t520_521 = t410_411 + t516_517;
+    t522_523 = R::Two::fused(two(cos_t2, cos_t3), t512_513, t412_413);
+    t524_525 = R::Two::fused(-two(sin_t2, sin_t3), t512_513, t414_415);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t526_527 = t194_195 * t500_501;
+    t528_529 = R::Two::fused(-t202_203, t478_479, t526_527);
+    t530_531 = t202_203 * t502_503;
+    t532_533 = R::Two::fused(-t194_195, t478_479, t530_531);
+    t534_535 = R::Two::fused(-t160_161, t456_457, t528_529);
+    t536_537 = R::Two::fused(t160_161, t460_461, t532_533);
+    t538_539 = t500_501 - t502_503;
+    t540_541 = R::Two::fused(-t172_173, t538_539, t434_435);
+    t542_543 = R::Two::fused(-t258_259, t478_479, t540_541);
+    t544_545 = t542_543 + t462_463;
+    // right_foot, left_foot: articulated inertia
+    t546_547 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(13.729977116704806));
+    t548_549 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.41189931350114417));
+    t550_551 = R::Two::fused(-t34_35, t548_549, t38_39);
+    // right_ankle, left_ankle: articulated inertia
+    t552_553 = both(R::constant(0.003254)) + t550_551;
+    t554_555 = two(cos_t2, cos_t3) * t520_521;
+    t556_557 = two(sin_t2, sin_t3) * t520_521;
+    t558_559 = R::Two::fused(-two(sin_t2, sin_t3), t388_389, t554_555);
+    t560_561 = R::Two::fused(two(cos_t2, cos_t3), t388_389, t556_557);
+    // right_foot, left_foot: articulated inertia
+    t562_563 = t10_11 * t546_547;
+    t564_565 = t14_15 * t546_547;
+    t566_567 = t6_7 * t546_547;
+    // right_ankle, left_ankle: articulated inertia
+    t568_569 = R::Two::fused(-t34_35, t546_547, both(R::constant(0.0171)));
+    t570_571 = t18_19 * t30_31;
+    t572_573 = t30_31 - t44_45;
+    t574_575 = t16_17 * t46_47;
+    t576_577 = R::Two::fused(t14_15, t18_19, t574_575);
+    t578_579 = two(cos_t2, cos_t3) * t564_565;
+    t580_581 = two(sin_t2, sin_t3) * t564_565;
+    t582_583 = t14_15 * t16_17;
+    t584_585 = R::Two::fused(-t18_19, t46_47, t582_583);
+    t586_587 = t46_47 - t576_577;
+    t588_589 = two(cos_t2, cos_t3) * t568_569;
+    t590_591 = two(sin_t2, sin_t3) * t568_569;
+    t592_593 = two(cos_t2, cos_t3) * t370_371;
+    t594_595 = two(sin_t2, sin_t3) * t370_371;
+    t596_597 = both(R::constant(0.000005)) - t552_553;
+    t598_599 = t16_17 * t596_597;
+    t600_601 = t18_19 * t596_597;
+    t602_603 = t552_553 + t598_599;
+    t604_605 = both(R::constant(0.000005)) - t598_599;
+    t606_607 = two(tau_right_ankle_pitch, tau_left_ankle_pitch) + t518_519;
+    t608_609 = both(R::constant(1.0)) / t380_381;
+    t610_611 = t14_15 - t584_585;
+    t612_613 = t42_43 * t608_609;
+    t614_615 = R::Two::fused(t42_43, t612_613, t44_45);
+    t616_617 = R::Two::fused(-t566_567, t612_613, t580_581);
+    t618_619 = R::Two::fused(-t40_41, t612_613, t570_571);
+    t620_621 = R::Two::fused(-t594_595, t612_613, t576_577);
+    t622_623 = R::Two::fused(-t592_593, t612_613, t610_611);
+    t624_625 = R::Two::fused(-t32_33, t616_617, t622_623);
+    t626_627 = t566_567 * t608_609;
+    t628_629 = R::Two::fused(t566_567, t626_627, t562_563);
+    t630_631 = R::Two::fused(t40_41, t626_627, t578_579);
+    t632_633 = R::Two::fused(-t594_595, t626_627, t590_591);
+    t634_635 = R::Two::fused(-t592_593, t626_627, t588_589);
+    t636_637 = t40_41 * t608_609;
+    t638_639 = R::Two::fused(t40_41, t636_637, t572_573);
+    t640_641 = R::Two::fused(-t594_595, t636_637, t584_585);
+    t642_643 = R::Two::fused(t592_593, t636_637, t586_587);
+    t644_645 = t594_595 * t608_609;
+    t646_647 = R::Two::fused(-t594_595, t644_645, t604_605);
+    t648_649 = R::Two::fused(t592_593, t644_645, t600_601);
+    t650_651 = R::Two::fused(t22_23, t632_633, t646_647);
+    t652_653 = R::Two::fused(t32_33, t632_633, t648_649);
+    t654_655 = R::Two::fused(-t22_23, t628_629, t632_633);
+    t656_657 = R::Two::fused(t22_23, t654_655, t650_651);
     // right_lower_leg, left_lower_leg: articulated inertia
-    t728_729 = t366_367 + t682_683;
-    t730_731 = t366_367 - t670_671;
-    t732_733 = t368_369 + t678_679;
-    t734_735 = t368_369 - t688_689;
-    t736_737 = t378_379 + t710_711;
-    t738_739 = t376_377 + t714_715;
-    t740_741 = both(R::constant(0.06634781167)) - t704_705;
-    t742_743 = t380_381 + t716_717;
-    t744_745 = t384_385 - t654_655;
-    t746_747 = t388_389 - t656_657;
-    t748_749 = t392_393 - t658_659;
-    t750_751 = t416_417 + t722_723;
-    t752_753 = t418_419 + t724_725;
-    t754_755 = t420_421 + t726_727;
-    t756_757 = two(tau_right_knee_pitch, tau_left_knee_pitch) + t752_753;
-    t758_759 = both(R::constant(1.0)) / t740_741;
-    t760_761 = t730_731 * t758_759;
-    t762_763 = t674_675 * t758_759;
-    t764_765 = t732_733 * t758_759;
-    t766_767 = t712_713 * t758_759;
-    t768_769 = t708_709 * t758_759;
-    t770_771 = R::Two::fused(t730_731, t760_761, t622_623);
-    t772_773 = R::Two::fused(-t674_675, t760_761, t624_625);
-    t774_775 = R::Two::fused(-t732_733, t760_761, t626_627);
-    t776_777 = R::Two::fused(t674_675, t762_763, t628_629);
-    t778_779 = R::Two::fused(t732_733, t762_763, t630_631);
-    t780_781 = R::Two::fused(t732_733, t764_765, t632_633);
-    t782_783 = R::Two::fused(-t712_713, t760_761, t680_681);
-    t784_785 = R::Two::fused(-t712_713, t762_763, t728_729);
-    t786_787 = R::Two::fused(-t712_713, t764_765, t684_685);
-    t788_789 = R::Two::fused(-t708_709, t760_761, t686_687);
-    t790_791 = R::Two::fused(t708_709, t762_763, t734_735);
-    t792_793 = R::Two::fused(t708_709, t764_765, t690_691);
-    t794_795 = R::Two::fused(-t712_713, t766_767, t736_737);
-    t796_797 = R::Two::fused(t708_709, t766_767, t738_739);
-    t798_799 = R::Two::fused(-t708_709, t768_769, t742_743);
-    t800_801 = t756_757 * t758_759;
-    t802_803 = R::Two::fused(-t730_731, t800_801, t744_745);
-    t804_805 = R::Two::fused(-t674_675, t800_801, t746_747);
-    t806_807 = R::Two::fused(-t732_733, t800_801, t748_749);
-    t808_809 = R::Two::fused(t712_713, t800_801, t750_751);
-    t810_811 = R::Two::fused(-t740_741, t800_801, t752_753);
-    t812_813 = R::Two::fused(t708_709, t800_801, t754_755);
-    t814_815 = t134_135 * t772_773;
-    t816_817 = t134_135 * t770_771;
-    t818_819 = R::Two::fused(-t136_137, t774_775, t816_817);
-    t820_821 = t136_137 * t778_779;
-    t822_823 = t814_815 - t820_821;
-    t824_825 = t134_135 * t774_775;
-    t826_827 = R::Two::fused(-t136_137, t780_781, t824_825);
-    t828_829 = t782_783 + t814_815;
-    t830_831 = R::Two::fused(-t134_135, t776_777, t784_785);
-    t832_833 = R::Two::fused(-t134_135, t778_779, t786_787);
-    t834_835 = R::Two::fused(-t136_137, t772_773, t788_789);
-    t836_837 = R::Two::fused(-t136_137, t776_777, t790_791);
-    t838_839 = t792_793 - t820_821;
-    t840_841 = t134_135 * t782_783;
-    t842_843 = R::Two::fused(t136_137, t786_787, t840_841);
-    t844_845 = R::Two::fused(t134_135, t784_785, t794_795);
-    t846_847 = R::Two::fused(t136_137, t784_785, t796_797);
-    t848_849 = R::Two::fused(t136_137, t790_791, t798_799);
-    t850_851 = t134_135 * t818_819;
-    t852_853 = R::Two::fused(-t136_137, t826_827, t850_851);
-    t854_855 = t134_135 * t834_835;
-    t856_857 = R::Two::fused(-t136_137, t838_839, t854_855);
-    t858_859 = R::Two::fused(t134_135, t830_831, t844_845);
-    t860_861 = R::Two::fused(t134_135, t822_823, t842_843);
-    t862_863 = R::Two::fused(t134_135, t836_837, t846_847);
-    t864_865 = R::Two::fused(t136_137, t836_837, t848_849);
-    t866_867 = t134_135 * t802_803;
-    t868_869 = R::Two::fused(t136_137, t806_807, t866_867);
-    t870_871 = R::Two::fused(-t134_135, t804_805, t808_809);
-    t872_873 = t810_811 + t868_869;
-    t874_875 = R::Two::fused(t136_137, t804_805, t812_813);
+    t658_659 = t420_421 + t656_657;
+    t660_661 = t116_117 + t654_655;
+    // right_ankle, left_ankle: articulated inertia
+    t662_663 = t592_593 * t608_609;
+    t664_665 = R::Two::fused(-t592_593, t662_663, t602_603);
+    t666_667 = R::Two::fused(-t32_33, t634_635, t664_665);
+    t668_669 = R::Two::fused(t32_33, t628_629, t634_635);
+    t670_671 = R::Two::fused(-t22_23, t668_669, t652_653);
+    t672_673 = t418_419 + t670_671; // right_lower_leg, left_lower_leg: articulated inertia
+    t674_675 = R::Two::fused(-t32_33, t668_669, t666_667);
+    // right_lower_leg, left_lower_leg: articulated inertia
+    t676_677 = t422_423 + t674_675;
+    t678_679 = t164_165 - t668_669;
+    // right_ankle, left_ankle: articulated inertia
+    t680_681 = t606_607 * t608_609;
+    t682_683 = R::Two::fused(t42_43, t680_681, t524_525);
+    t684_685 = R::Two::fused(t566_567, t680_681, t508_509);
+    t686_687 = R::Two::fused(t40_41, t680_681, t522_523);
+    t688_689 = R::Two::fused(t594_595, t680_681, t560_561);
+    t690_691 = R::Two::fused(-t380_381, t680_681, t518_519);
+    t692_693 = R::Two::fused(t592_593, t680_681, t558_559);
+    t694_695 = R::Two::fused(t22_23, t684_685, t688_689);
+    t696_697 = t444_445 + t694_695; // right_lower_leg, left_lower_leg: articulated inertia
+    t698_699 = R::Two::fused(-t32_33, t684_685, t692_693);
+    // right_lower_leg, left_lower_leg: articulated inertia
+    t700_701 = t426_427 - t684_685;
+    t702_703 = t446_447 + t698_699;
+    t704_705 = t276_277 - t682_683;
+    t706_707 = t22_23 * t682_683; // right_ankle, left_ankle: articulated inertia
+    t708_709 = t430_431 - t686_687;
+    // right_ankle, left_ankle: articulated inertia
+    t710_711 = R::Two::fused(t32_33, t686_687, t706_707);
+    t712_713 = t690_691 - t710_711;
+    t714_715 = t454_455 + t712_713; // right_lower_leg, left_lower_leg: articulated inertia
+    t716_717 = t22_23 * t616_617;
+    t718_719 = t22_23 * t614_615;
+    t720_721 = R::Two::fused(-t32_33, t618_619, t718_719);
+    t722_723 = t116_117 - t720_721; // right_lower_leg, left_lower_leg: articulated inertia
+    t724_725 = t22_23 * t720_721;
+    t726_727 = t32_33 * t630_631;
+    t728_729 = t642_643 - t726_727;
+    t730_731 = t716_717 - t726_727;
+    t732_733 = t620_621 + t716_717;
+    t734_735 = t22_23 * t620_621;
+    t736_737 = R::Two::fused(t32_33, t640_641, t734_735);
+    t738_739 = R::Two::fused(-t22_23, t630_631, t640_641);
+    t740_741 = R::Two::fused(t22_23, t730_731, t736_737);
+    t742_743 = t22_23 * t618_619;
+    t744_745 = R::Two::fused(-t32_33, t638_639, t742_743);
+    t746_747 = R::Two::fused(-t32_33, t744_745, t724_725);
+    // right_lower_leg, left_lower_leg: articulated inertia
+    t748_749 = t164_165 + t744_745;
+    t750_751 = both(R::constant(0.06634781167)) - t746_747;
+    // right_ankle, left_ankle: articulated inertia
+    t752_753 = t22_23 * t624_625;
+    t754_755 = R::Two::fused(-t32_33, t728_729, t752_753);
+    // right_lower_leg, left_lower_leg: articulated inertia
+    t756_757 = two(tau_right_knee_pitch, tau_left_knee_pitch) + t714_715;
+    t758_759 = both(R::constant(1.0)) / t750_751;
+    t760_761 = t722_723 * t758_759;
+    t762_763 = R::Two::fused(t722_723, t760_761, t614_615);
+    t764_765 = R::Two::fused(-t730_731, t760_761, t616_617);
+    t766_767 = R::Two::fused(-t748_749, t760_761, t618_619);
+    t768_769 = R::Two::fused(-t740_741, t760_761, t732_733);
+    t770_771 = R::Two::fused(-t754_755, t760_761, t624_625);
+    t772_773 = R::Two::fused(-t108_109, t764_765, t770_771);
+    t774_775 = t730_731 * t758_759;
+    t776_777 = R::Two::fused(t730_731, t774_775, t628_629);
+    t778_779 = R::Two::fused(t748_749, t774_775, t630_631);
+    t780_781 = R::Two::fused(-t740_741, t774_775, t660_661);
+    t782_783 = R::Two::fused(t754_755, t774_775, t678_679);
+    t784_785 = t748_749 * t758_759;
+    t786_787 = R::Two::fused(t748_749, t784_785, t638_639);
+    t788_789 = R::Two::fused(-t740_741, t784_785, t738_739);
+    t790_791 = R::Two::fused(t754_755, t784_785, t728_729);
+    t792_793 = t740_741 * t758_759;
+    t794_795 = R::Two::fused(-t740_741, t792_793, t658_659);
+    t796_797 = R::Two::fused(t754_755, t792_793, t672_673);
+    t798_799 = R::Two::fused(t106_107, t780_781, t794_795);
+    t800_801 = R::Two::fused(t108_109, t780_781, t796_797);
+    t802_803 = R::Two::fused(-t106_107, t776_777, t780_781);
+    t804_805 = R::Two::fused(t106_107, t802_803, t798_799);
     // right_upper_leg, left_upper_leg: articulated inertia
-    t876_877 = t422_423 + t830_831;
-    t878_879 = t422_423 - t818_819;
-    t880_881 = t424_425 + t826_827;
-    t882_883 = t424_425 + t836_837;
-    t884_885 = t434_435 + t858_859;
-    t886_887 = t432_433 + t862_863;
-    t888_889 = both(R::constant(0.24091175)) - t852_853;
-    t890_891 = t436_437 + t864_865;
-    t892_893 = t440_441 + t802_803;
-    t894_895 = t444_445 + t804_805;
-    t896_897 = t448_449 + t806_807;
-    t898_899 = t470_471 + t870_871;
-    t900_901 = t472_473 + t872_873;
-    t902_903 = t474_475 + t874_875;
-    t904_905 = two(tau_right_hip_pitch, tau_left_hip_pitch) + t900_901;
-    t906_907 = both(R::constant(1.0)) / t888_889;
-    t908_909 = t878_879 * t906_907;
-    t910_911 = t822_823 * t906_907;
-    t912_913 = t880_881 * t906_907;
-    t914_915 = t860_861 * t906_907;
-    t916_917 = t856_857 * t906_907;
-    t918_919 = R::Two::fused(t878_879, t908_909, t770_771);
-    t920_921 = R::Two::fused(-t822_823, t908_909, t772_773);
-    t922_923 = R::Two::fused(-t880_881, t908_909, t774_775);
-    t924_925 = R::Two::fused(t822_823, t910_911, t776_777);
-    t926_927 = R::Two::fused(t880_881, t910_911, t778_779);
-    t928_929 = R::Two::fused(t880_881, t912_913, t780_781);
-    t930_931 = R::Two::fused(-t860_861, t908_909, t828_829);
-    t932_933 = R::Two::fused(-t860_861, t910_911, t876_877);
-    t934_935 = R::Two::fused(-t860_861, t912_913, t832_833);
-    t936_937 = R::Two::fused(-t856_857, t908_909, t834_835);
-    t938_939 = R::Two::fused(t856_857, t910_911, t882_883);
-    t940_941 = R::Two::fused(t856_857, t912_913, t838_839);
-    t942_943 = R::Two::fused(-t860_861, t914_915, t884_885);
-    t944_945 = R::Two::fused(t856_857, t914_915, t886_887);
-    t946_947 = R::Two::fused(-t856_857, t916_917, t890_891);
-    t948_949 = t904_905 * t906_907;
-    t950_951 = R::Two::fused(-t878_879, t948_949, t892_893);
-    t952_953 = R::Two::fused(-t822_823, t948_949, t894_895);
-    t954_955 = R::Two::fused(-t880_881, t948_949, t896_897);
-    t956_957 = R::Two::fused(t860_861, t948_949, t898_899);
-    t958_959 = R::Two::fused(-t888_889, t948_949, t900_901);
-    t960_961 = R::Two::fused(t856_857, t948_949, t902_903);
+    t806_807 = t500_501 + t804_805;
+    t808_809 = t456_457 + t802_803;
+    // right_lower_leg, left_lower_leg: articulated inertia
+    t810_811 = t754_755 * t758_759;
+    t812_813 = R::Two::fused(-t754_755, t810_811, t676_677);
+    t814_815 = R::Two::fused(t108_109, t782_783, t812_813);
+    t816_817 = R::Two::fused(-t108_109, t776_777, t782_783);
+    t818_819 = R::Two::fused(t106_107, t816_817, t800_801);
+    t820_821 = t478_479 + t818_819; // right_upper_leg, left_upper_leg: articulated inertia
+    t822_823 = R::Two::fused(t108_109, t816_817, t814_815);
+    // right_upper_leg, left_upper_leg: articulated inertia
+    t824_825 = t502_503 + t822_823;
+    t826_827 = t460_461 + t816_817;
+    // right_lower_leg, left_lower_leg: articulated inertia
+    t828_829 = t756_757 * t758_759;
+    t830_831 = R::Two::fused(-t722_723, t828_829, t704_705);
+    t832_833 = R::Two::fused(-t730_731, t828_829, t700_701);
+    t834_835 = R::Two::fused(-t748_749, t828_829, t708_709);
+    t836_837 = R::Two::fused(t740_741, t828_829, t696_697);
+    t838_839 = R::Two::fused(-t750_751, t828_829, t714_715);
+    t840_841 = R::Two::fused(t754_755, t828_829, t702_703);
+    t842_843 = R::Two::fused(-t106_107, t832_833, t836_837);
+    t844_845 = t534_535 + t842_843; // right_upper_leg, left_upper_leg: articulated inertia
+    t846_847 = R::Two::fused(t108_109, t832_833, t840_841);
+    // right_upper_leg, left_upper_leg: articulated inertia
+    t848_849 = t482_483 + t832_833;
+    t850_851 = t536_537 + t846_847;
+    t852_853 = t470_471 + t830_831;
+    t854_855 = t106_107 * t830_831; // right_lower_leg, left_lower_leg: articulated inertia
+    t856_857 = t468_469 + t834_835;
+    // right_lower_leg, left_lower_leg: articulated inertia
+    t858_859 = R::Two::fused(t108_109, t834_835, t854_855);
+    t860_861 = t838_839 + t858_859;
+    t862_863 = t544_545 + t860_861; // right_upper_leg, left_upper_leg: articulated inertia
+    t864_865 = t106_107 * t764_765;
+    t866_867 = t106_107 * t762_763;
+    t868_869 = R::Two::fused(-t108_109, t766_767, t866_867);
+    t870_871 = t456_457 - t868_869; // right_upper_leg, left_upper_leg: articulated inertia
+    t872_873 = t106_107 * t868_869;
+    t874_875 = t108_109 * t778_779;
+    t876_877 = t790_791 - t874_875;
+    t878_879 = t864_865 - t874_875;
+    t880_881 = t768_769 + t864_865;
+    t882_883 = t106_107 * t768_769;
+    t884_885 = R::Two::fused(t108_109, t788_789, t882_883);
+    t886_887 = R::Two::fused(-t106_107, t778_779, t788_789);
+    t888_889 = R::Two::fused(t106_107, t878_879, t884_885);
+    t890_891 = t106_107 * t766_767;
+    t892_893 = R::Two::fused(-t108_109, t786_787, t890_891);
+    t894_895 = R::Two::fused(-t108_109, t892_893, t872_873);
+    // right_upper_leg, left_upper_leg: articulated inertia
+    t896_897 = t460_461 + t892_893;
+    t898_899 = both(R::constant(0.24091175)) - t894_895;
+    // right_lower_leg, left_lower_leg: articulated inertia
+    t900_901 = t106_107 * t772_773;
+    t902_903 = R::Two::fused(-t108_109, t876_877, t900_901);
+    // right_upper_leg, left_upper_leg: articulated inertia
+    t904_905 = two(tau_right_hip_pitch, tau_left_hip_pitch) + t862_863;
+    t906_907 = both(R::constant(1.0)) / t898_899;
+    t908_909 = t870_871 * t906_907;
+    t910_911 = R::Two::fused(t870_871, t908_909, t762_763);
+    t912_913 = R::Two::fused(-t878_879, t908_909, t764_765);
+    t914_915 = R::Two::fused(-t896_897, t908_909, t766_767);
+    t916_917 = R::Two::fused(-t888_889, t908_909, t880_881);
+    t918_919 = R::Two::fused(-t902_903, t908_909, t772_773);
+    t920_921 = t878_879 * t906_907;
+    t922_923 = R::Two::fused(t878_879, t920_921, t776_777);
+    t924_925 = R::Two::fused(t896_897, t920_921, t778_779);
+    t926_927 = R::Two::fused(-t888_889, t920_921, t808_809);
+    t928_929 = R::Two::fused(t902_903, t920_921, t826_827);
+    t930_931 = t896_897 * t906_907;
+    t932_933 = R::Two::fused(t896_897, t930_931, t786_787);
+    t934_935 = R::Two::fused(-t888_889, t930_931, t886_887);
+    t936_937 = R::Two::fused(t902_903, t930_931, t876_877);
+    t938_939 = t888_889 * t906_907;
+    t940_941 = R::Two::fused(-t888_889, t938_939, t806_807);
+    t942_943 = R::Two::fused(t902_903, t938_939, t820_821);
+    t944_945 = both(R::constant(0.0017316666835)) + t940_941; // right_hip_roll_link, left_hip_roll_link
+    t946_947 = t902_903 * t906_907;
+    t948_949 = R::Two::fused(-t902_903, t946_947, t824_825);
+    t950_951 = both(R::constant(0.0017266666835)) + t948_949; // right_hip_roll_link, left_hip_roll_link
+    t952_953 = t904_905 * t906_907;
+    t954_955 = R::Two::fused(-t870_871, t952_953, t852_853);
+    t956_957 = R::Two::fused(-t878_879, t952_953, t848_849);
+    t958_959 = R::Two::fused(-t896_897, t952_953, t856_857);
+    t960_961 = R::Two::fused(t888_889, t952_953, t844_845);
+    t962_963 = t180_181 + t960_961; // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t964_965 = R::Two::fused(-t898_899, t952_953, t862_863);
+    t966_967 = R::Two::fused(t902_903, t952_953, t850_851);
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t962_963 = both(R::constant(0.0017316666835)) + t942_943;
-    t964_965 = both(R::constant(0.0017266666835)) + t946_947;
-    t966_967 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t952_953;
-    t968_969 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t954_955, t966_967);
-    t970_971 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t952_953;
-    t972_973 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t954_955, t970_971);
-    t974_975 = t478_479 + t956_957;
-    t976_977 = R::Two::fused(t112_113, both(R::constant(0.000005)), t958_959);
-    t978_979 = R::Two::fused(t108_109, both(R::constant(0.0017266666835)), t960_961);
-    t980_981 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t976_977;
-    t982_983 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t978_979, t980_981);
-    t984_985 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t976_977;
-    t986_987 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t978_979, t984_985);
-    t988_989 = t924_925 - t928_929;
+    t968_969 = R::Two::fused(t188_189, both(R::constant(0.000005)), t964_965);
+    t970_971 = R::Two::fused(t182_183, both(R::constant(0.0017266666835)), t966_967);
+    t972_973 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t956_957;
+    t974_975 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t956_957;
+    t976_977 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t958_959, t972_973);
+    t978_979 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t958_959, t974_975);
+    t980_981 = t922_923 - t932_933;
+    t982_983 = both(R::constant(2.0)) * t924_925;
+    t984_985 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t912_913;
+    t986_987 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t912_913;
+    t988_989 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t914_915, t984_985);
     let (
         t990_991, t992_993, t994_995, t996_997, t998_999, t1000_1001, t1002_1003, t1004_1005, t1006_1007, t1008_1009,
         t1010_1011, t1012_1013, t1014_1015, t1016_1017, t1018_1019, t1020_1021, t1022_1023, t1024_1025, t1026_1027,
@@ -693,428 +740,437 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
         t1172_1173, t1174_1175, t1176_1177, t1178_1179, t1180_1181, t1182_1183, t1184_1185, t1186_1187, t1188_1189,
         t1190_1191, t1192_1193, t1194_1195, t1196_1197, t1198_1199, t1200_1201, t1202_1203, t1204_1205, t1206_1207,
         t1208_1209, t1210_1211, t1212_1213, t1214_1215, t1216_1217, t1218_1219, t1220_1221, t1222_1223, t1224_1225,
-        t1226_1227, t1228_1229, t1230_1231, t1232_1233, t1234_1235, t1236_1237, t1238_1239, t1240_1241, t1242_1243,
-        t1244_1245, t1246_1247, t1248_1249, t1250_1251, t1252_1253, t1254_1255, t1256_1257, t1258_1259, t1260, t1261,
-        t1262_1263, t1264_1265, t1266_1267, t1268_1269, t1270, t1271_1272, t1273_1274, t1275, t1276_1277, t1278_1279,
-        t1280_1281, t1282_1283, t1284, t1285, t1286, t1287, t1288, t1289, t1290, t1291, t1292, t1293, t1294, t1295,
-        t1296, t1297, t1298, t1299, t1300, t1301, t1302, t1303, t1304, t1305, t1306, t1307, t1308, t1309, t1310, t1311,
-        t1312, t1313, t1314, t1315, t1316, t1317, t1318, t1319, t1320, t1321, t1322, t1323, t1324, t1325, t1326, t1327,
-        t1328, t1329, t1330, t1331, t1332, t1333, t1334, t1335, t1336, t1337, t1338, t1339, t1340, t1341, t1342, t1343,
-        t1344, t1345, t1346, t1347, t1348, t1349, t1350, t1351, t1352, t1353, t1354, t1355, t1356, t1357, t1358, t1359,
-        t1360, t1361, t1362, t1363, t1364, t1365, t1366, t1367, t1368, t1369, t1370, t1371, t1372, t1373, t1374, t1375,
-        t1376, t1377, t1378, t1379, t1380, t1381, t1382, t1383, t1384, t1385, t1386, t1387, t1388, t1389, t1390,
+        t1226_1227, t1228, t1229, t1230, t1231, t1232, t1233, t1234_1235, t1236_1237, t1238_1239, t1240_1241,
+        t1242_1243, t1244_1245, t1246_1247, t1248_1249, t1250_1251, t1252, t1253_1254, t1255, t1256, t1257_1258, t1259,
+        t1260, t1261, t1262, t1263_1264, t1265_1266, t1267, t1268, t1269_1270, t1271_1272, t1273_1274, t1275_1276,
+        t1277_1278, t1279_1280, t1281_1282, t1283_1284, t1285_1286, t1287, t1288, t1289, t1290, t1291, t1292, t1293,
+        t1294, t1295, t1296, t1297, t1298, t1299, t1300, t1301, t1302, t1303, t1304, t1305_1306, t1307, t1308, t1309,
+        t1310, t1311, t1312_1313, t1314_1315, t1316, t1317_1318, t1319, t1320, t1321, t1322, t1323, t1324, t1325, t1326,
+        t1327, t1328, t1329, t1330, t1331, t1332, t1333, t1334, t1335, t1336, t1337, t1338, t1339, t1340, t1341, t1342,
+        t1343, t1344, t1345, t1346, t1347, t1348, t1349, t1350, t1351, t1352, t1353, t1354, t1355, t1356, t1357, t1358,
+        t1359, t1360, t1361, t1362, t1363, t1364, t1365, t1366, t1367, t1368, t1369, t1370, t1371, t1372, t1373, t1374,
+        t1375, t1376, t1377, t1378, t1379, t1380, t1381, t1382, t1383, t1384, t1385, t1386, t1387, t1388, t1389, t1390,
     );
-    t990_991 = both(R::constant(2.0)) * t926_927;
-    t992_993 = t480_481 * t988_989;
-    t994_995 = R::Two::fused(t482_483, t990_991, t992_993);
-    t996_997 = t480_481 * t990_991;
-    t998_999 = R::Two::fused(-t482_483, t988_989, t996_997);
-    t1000_1001 = t924_925 - t994_995;
-    t1002_1003 = t928_929 + t994_995;
-    t1004_1005 = t926_927 - t998_999;
-    t1006_1007 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t920_921;
-    t1008_1009 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t922_923, t1006_1007);
-    t1010_1011 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t920_921;
-    t1012_1013 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t922_923, t1010_1011);
-    t1014_1015 = t480_481 * t940_941;
-    t1016_1017 = R::Two::fused(-t482_483, t938_939, t1014_1015);
-    t1018_1019 = t480_481 * t938_939;
-    t1020_1021 = R::Two::fused(t482_483, t940_941, t1018_1019);
-    t1022_1023 = t940_941 - t1016_1017;
-    t1024_1025 = t938_939 - t1020_1021;
-    t1026_1027 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t936_937;
-    t1028_1029 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t936_937;
-    t1030_1031 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t932_933;
-    t1032_1033 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t934_935, t1030_1031);
-    t1034_1035 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t932_933;
-    t1036_1037 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t934_935, t1034_1035);
-    t1038_1039 = both(R::constant(0.000005)) - t964_965;
-    t1040_1041 = t480_481 * t1038_1039;
-    t1042_1043 = t482_483 * t1038_1039;
-    t1044_1045 = both(R::constant(0.000005)) - t1040_1041;
-    t1046_1047 = t964_965 + t1040_1041;
-    t1048_1049 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t944_945;
-    t1050_1051 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t944_945;
-    t1052_1053 = two(tau_right_hip_roll, tau_left_hip_roll) - t974_975;
-    t1054_1055 = both(R::constant(1.0)) / t962_963;
-    t1056_1057 = t930_931 * t1054_1055;
-    t1058_1059 = t1032_1033 * t1054_1055;
-    t1060_1061 = t1036_1037 * t1054_1055;
-    t1062_1063 = t1048_1049 * t1054_1055;
-    t1064_1065 = t1050_1051 * t1054_1055;
-    t1066_1067 = R::Two::fused(t930_931, t1056_1057, t918_919);
-    t1068_1069 = R::Two::fused(-t1032_1033, t1056_1057, t1008_1009);
-    t1070_1071 = R::Two::fused(-t1036_1037, t1056_1057, t1012_1013);
-    t1072_1073 = R::Two::fused(t1032_1033, t1058_1059, t1000_1001);
-    t1074_1075 = R::Two::fused(t1036_1037, t1058_1059, t1004_1005);
-    t1076_1077 = R::Two::fused(t1036_1037, t1060_1061, t1002_1003);
-    t1078_1079 = R::Two::fused(t1048_1049, t1056_1057, t1026_1027);
-    t1080_1081 = R::Two::fused(t1048_1049, t1058_1059, t1016_1017);
-    t1082_1083 = R::Two::fused(-t1048_1049, t1060_1061, t1020_1021);
-    t1084_1085 = R::Two::fused(t1050_1051, t1056_1057, t1028_1029);
-    t1086_1087 = R::Two::fused(-t1050_1051, t1058_1059, t1024_1025);
-    t1088_1089 = R::Two::fused(-t1050_1051, t1060_1061, t1022_1023);
-    t1090_1091 = R::Two::fused(-t1048_1049, t1062_1063, t1044_1045);
-    t1092_1093 = R::Two::fused(t1050_1051, t1062_1063, t1042_1043);
-    t1094_1095 = R::Two::fused(-t1050_1051, t1064_1065, t1046_1047);
-    t1096_1097 = t1052_1053 * t1054_1055;
-    t1098_1099 = R::Two::fused(-t930_931, t1096_1097, t950_951);
-    t1100_1101 = R::Two::fused(-t1032_1033, t1096_1097, t968_969);
-    t1102_1103 = R::Two::fused(-t1036_1037, t1096_1097, t972_973);
-    t1104_1105 = R::Two::fused(t962_963, t1096_1097, t974_975);
-    t1106_1107 = R::Two::fused(-t1048_1049, t1096_1097, t982_983);
-    t1108_1109 = R::Two::fused(t1050_1051, t1096_1097, t986_987);
+    t990_991 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t914_915, t986_987);
+    t992_993 = t484_485 * t936_937;
+    t994_995 = R::Two::fused(-t486_487, t928_929, t992_993);
+    t996_997 = t484_485 * t928_929;
+    t998_999 = R::Two::fused(t486_487, t936_937, t996_997);
+    t1000_1001 = t936_937 - t994_995;
+    t1002_1003 = t928_929 - t998_999;
+    t1004_1005 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t918_919;
+    t1006_1007 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t918_919;
+    t1008_1009 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t926_927;
+    t1010_1011 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t926_927;
+    t1012_1013 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t934_935, t1008_1009);
+    t1014_1015 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t934_935, t1010_1011);
+    t1016_1017 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t942_943;
+    t1018_1019 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t942_943;
+    t1020_1021 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t968_969;
+    t1022_1023 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t968_969;
+    t1024_1025 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t970_971, t1020_1021);
+    t1026_1027 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t970_971, t1022_1023);
+    t1028_1029 = t484_485 * t980_981;
+    t1030_1031 = R::Two::fused(t486_487, t982_983, t1028_1029);
+    t1032_1033 = t484_485 * t982_983;
+    t1034_1035 = R::Two::fused(-t486_487, t980_981, t1032_1033);
+    t1036_1037 = t924_925 - t1034_1035;
+    t1038_1039 = t922_923 - t1030_1031;
+    t1040_1041 = t932_933 + t1030_1031;
+    t1042_1043 = both(R::constant(0.000005)) - t950_951;
+    t1044_1045 = t484_485 * t1042_1043;
+    t1046_1047 = t486_487 * t1042_1043;
+    t1048_1049 = t950_951 + t1044_1045;
+    t1050_1051 = both(R::constant(0.000005)) - t1044_1045;
+    t1052_1053 = two(tau_right_hip_roll, tau_left_hip_roll) - t962_963;
+    t1054_1055 = both(R::constant(1.0)) / t944_945;
+    t1056_1057 = t916_917 * t1054_1055;
+    t1058_1059 = R::Two::fused(t916_917, t1056_1057, t910_911);
+    t1060_1061 = R::Two::fused(-t1012_1013, t1056_1057, t988_989);
+    t1062_1063 = R::Two::fused(-t1014_1015, t1056_1057, t990_991);
+    t1064_1065 = R::Two::fused(t1016_1017, t1056_1057, t1004_1005);
+    t1066_1067 = R::Two::fused(t1018_1019, t1056_1057, t1006_1007);
+    t1068_1069 = t1012_1013 * t1054_1055;
+    t1070_1071 = R::Two::fused(t1012_1013, t1068_1069, t1038_1039);
+    t1072_1073 = R::Two::fused(t1014_1015, t1068_1069, t1036_1037);
+    t1074_1075 = R::Two::fused(t1016_1017, t1068_1069, t994_995);
+    t1076_1077 = R::Two::fused(-t1018_1019, t1068_1069, t1002_1003);
+    t1078_1079 = t1014_1015 * t1054_1055;
+    t1080_1081 = R::Two::fused(t1014_1015, t1078_1079, t1040_1041);
+    t1082_1083 = R::Two::fused(-t1016_1017, t1078_1079, t998_999);
+    t1084_1085 = R::Two::fused(-t1018_1019, t1078_1079, t1000_1001);
+    t1086_1087 = t1016_1017 * t1054_1055;
+    t1088_1089 = R::Two::fused(-t1016_1017, t1086_1087, t1050_1051);
+    t1090_1091 = R::Two::fused(t1018_1019, t1086_1087, t1046_1047);
+    t1092_1093 = both(R::constant(0.00001)) + t1088_1089; // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t1094_1095 = t1018_1019 * t1054_1055;
+    t1096_1097 = R::Two::fused(-t1018_1019, t1094_1095, t1048_1049);
+    t1098_1099 = both(R::constant(0.000015)) + t1096_1097; // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t1100_1101 = t1052_1053 * t1054_1055;
+    t1102_1103 = R::Two::fused(-t916_917, t1100_1101, t954_955);
+    t1104_1105 = R::Two::fused(-t1012_1013, t1100_1101, t976_977);
+    t1106_1107 = R::Two::fused(-t1014_1015, t1100_1101, t978_979);
+    t1108_1109 = R::Two::fused(t944_945, t1100_1101, t962_963);
+    t1110_1111 = R::Two::fused(t136_137, both(R::constant(0.000005)), t1108_1109);
+    t1112_1113 = R::Two::fused(-t1016_1017, t1100_1101, t1024_1025);
+    t1114_1115 = R::Two::fused(t1018_1019, t1100_1101, t1026_1027);
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1110_1111 = both(R::constant(0.00001)) + t1090_1091;
-    t1112_1113 = both(R::constant(0.000015)) + t1094_1095;
-    t1114_1115 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1098_1099;
-    t1116_1117 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1100_1101, t1114_1115);
-    t1118_1119 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1098_1099;
-    t1120_1121 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1100_1101, t1118_1119);
-    t1122_1123 = R::Two::fused(t72_73, both(R::constant(0.000005)), t1104_1105);
-    t1124_1125 = R::Two::fused(t70_71, both(R::constant(0.00001)), t1106_1107);
-    t1126_1127 = R::Two::fused(t68_69, both(R::constant(0.000005)), t1108_1109);
-    t1128_1129 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1122_1123;
-    t1130_1131 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1124_1125, t1128_1129);
-    t1132_1133 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1122_1123;
-    t1134_1135 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1124_1125, t1132_1133);
-    t1136_1137 = t1066_1067 - t1072_1073;
-    t1138_1139 = both(R::constant(2.0)) * t1068_1069;
-    t1140_1141 = t484_485 * t1136_1137;
-    t1142_1143 = R::Two::fused(t486_487, t1138_1139, t1140_1141);
-    t1144_1145 = t484_485 * t1138_1139;
-    t1146_1147 = R::Two::fused(-t486_487, t1136_1137, t1144_1145);
-    t1148_1149 = t1066_1067 - t1142_1143;
-    t1150_1151 = t1072_1073 + t1142_1143;
-    t1152_1153 = t1068_1069 - t1146_1147;
-    t1154_1155 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1070_1071;
-    t1156_1157 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1074_1075, t1154_1155);
-    t1158_1159 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1070_1071;
-    t1160_1161 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1074_1075, t1158_1159);
-    t1162_1163 = t484_485 * t1080_1081;
-    t1164_1165 = R::Two::fused(t486_487, t1078_1079, t1162_1163);
-    t1166_1167 = t484_485 * t1078_1079;
-    t1168_1169 = R::Two::fused(-t486_487, t1080_1081, t1166_1167);
-    t1170_1171 = t1080_1081 - t1164_1165;
-    t1172_1173 = t1078_1079 - t1168_1169;
+    t1116_1117 = R::Two::fused(t130_131, both(R::constant(0.00001)), t1112_1113);
+    t1118_1119 = R::Two::fused(t126_127, both(R::constant(0.000005)), t1114_1115);
+    t1120_1121 = t1058_1059 - t1070_1071;
+    t1122_1123 = both(R::constant(2.0)) * t1060_1061;
+    t1124_1125 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1062_1063;
+    t1126_1127 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1062_1063;
+    t1128_1129 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1072_1073, t1124_1125);
+    t1130_1131 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1072_1073, t1126_1127);
+    t1132_1133 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1102_1103;
+    t1134_1135 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1102_1103;
+    t1136_1137 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1104_1105, t1132_1133);
+    t1138_1139 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1104_1105, t1134_1135);
+    t1140_1141 = t488_489 * t1120_1121;
+    t1142_1143 = R::Two::fused(t490_491, t1122_1123, t1140_1141);
+    t1144_1145 = t488_489 * t1122_1123;
+    t1146_1147 = R::Two::fused(-t490_491, t1120_1121, t1144_1145);
+    t1148_1149 = t1060_1061 - t1146_1147;
+    t1150_1151 = t1058_1059 - t1142_1143;
+    t1152_1153 = t1070_1071 + t1142_1143;
+    t1154_1155 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1110_1111;
+    t1156_1157 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1110_1111;
+    t1158_1159 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1116_1117, t1154_1155);
+    t1160_1161 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1116_1117, t1156_1157);
+    t1162_1163 = t488_489 * t1074_1075;
+    t1164_1165 = R::Two::fused(t490_491, t1064_1065, t1162_1163);
+    t1166_1167 = t488_489 * t1064_1065;
+    t1168_1169 = R::Two::fused(-t490_491, t1074_1075, t1166_1167);
+    t1170_1171 = t1074_1075 - t1164_1165;
+    t1172_1173 = t1064_1065 - t1168_1169;
     t1174_1175 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1082_1083;
     t1176_1177 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1082_1083;
-    t1178_1179 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1084_1085;
-    t1180_1181 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1086_1087, t1178_1179);
-    t1182_1183 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1084_1085;
-    t1184_1185 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1086_1087, t1182_1183);
-    t1186_1187 = both(R::constant(0.000005)) - t1110_1111;
-    t1188_1189 = t484_485 * t1186_1187;
-    t1190_1191 = t486_487 * t1186_1187;
-    t1192_1193 = both(R::constant(0.000005)) - t1188_1189;
-    t1194_1195 = t1110_1111 + t1188_1189;
-    t1196_1197 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1092_1093;
-    t1198_1199 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1092_1093;
-    t1200_1201 = two(tau_right_hip_yaw, tau_left_hip_yaw) + t1126_1127;
-    t1202_1203 = both(R::constant(1.0)) / t1112_1113;
-    t1204_1205 = t1180_1181 * t1202_1203;
-    t1206_1207 = t1184_1185 * t1202_1203;
-    t1208_1209 = t1088_1089 * t1202_1203;
-    t1210_1211 = t1196_1197 * t1202_1203;
-    t1212_1213 = t1198_1199 * t1202_1203;
-    t1214_1215 = R::Two::fused(t1180_1181, t1204_1205, t1148_1149);
-    t1216_1217 = R::Two::fused(t1184_1185, t1204_1205, t1152_1153);
-    t1218_1219 = R::Two::fused(t1088_1089, t1204_1205, t1156_1157);
-    t1220_1221 = R::Two::fused(t1184_1185, t1206_1207, t1150_1151);
-    t1222_1223 = R::Two::fused(t1088_1089, t1206_1207, t1160_1161);
-    t1224_1225 = R::Two::fused(t1088_1089, t1208_1209, t1076_1077);
-    t1226_1227 = R::Two::fused(t1196_1197, t1204_1205, t1164_1165);
-    t1228_1229 = R::Two::fused(t1196_1197, t1206_1207, t1168_1169);
-    t1230_1231 = R::Two::fused(t1196_1197, t1208_1209, t1174_1175);
-    t1232_1233 = R::Two::fused(t1198_1199, t1204_1205, t1172_1173);
-    t1234_1235 = R::Two::fused(-t1198_1199, t1206_1207, t1170_1171);
-    t1236_1237 = R::Two::fused(t1198_1199, t1208_1209, t1176_1177);
-    t1238_1239 = R::Two::fused(-t1196_1197, t1210_1211, t1192_1193);
-    t1240_1241 = R::Two::fused(t1198_1199, t1210_1211, t1190_1191);
-    t1242_1243 = R::Two::fused(-t1198_1199, t1212_1213, t1194_1195);
-    t1244_1245 = t1200_1201 * t1202_1203;
-    t1246_1247 = R::Two::fused(-t1180_1181, t1244_1245, t1116_1117);
-    t1248_1249 = R::Two::fused(-t1184_1185, t1244_1245, t1120_1121);
-    t1250_1251 = R::Two::fused(t1088_1089, t1244_1245, t1102_1103);
-    t1252_1253 = R::Two::fused(-t1196_1197, t1244_1245, t1130_1131);
-    t1254_1255 = R::Two::fused(t1198_1199, t1244_1245, t1134_1135);
-    t1256_1257 = R::Two::fused(-t1112_1113, t1244_1245, t1126_1127);
-    t1258_1259 = both(R::constant(0.075)) * t1218_1219;
-    t1260 = R::constant(0.075) * t1214_1215.second(); // left_hip_yaw_link: articulated inertia
-    t1261 = R::constant(0.075) * t1216_1217.second(); // left_hip_yaw_link: articulated inertia
-    t1262_1263 = R::Two::fused(t1258_1259, two(R::constant(-1.0), R::constant(1.0)), t1226_1227);
-    t1264_1265 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1222_1223, t1228_1229);
-    t1266_1267 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1224_1225, t1230_1231);
-    t1268_1269 = both(R::constant(0.075)) * t1226_1227;
-    t1270 = R::constant(0.075) * t1232_1233.second(); // left_hip_yaw_link: articulated inertia
-    t1271_1272 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t1230_1231, t1238_1239);
-    t1273_1274 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1236_1237, t1240_1241);
-    t1275 = t1214_1215.second() * R::constant(0.005625); // left_hip_yaw_link: articulated inertia
-    t1276_1277 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t1266_1267, t1271_1272);
-    t1278_1279 = R::Two::fused(two(R::constant(-0.005625), R::constant(0.005625)), t1218_1219, t1268_1269);
-    t1280_1281 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t1250_1251, t1252_1253);
-    t1282_1283 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1246_1247, t1256_1257);
+    t1178_1179 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1066_1067;
+    t1180_1181 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1066_1067;
+    t1182_1183 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1076_1077, t1178_1179);
+    t1184_1185 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1076_1077, t1180_1181);
+    t1186_1187 = both(R::constant(0.000005)) - t1092_1093;
+    t1188_1189 = t488_489 * t1186_1187;
+    t1190_1191 = t490_491 * t1186_1187;
+    t1192_1193 = t1092_1093 + t1188_1189;
+    t1194_1195 = both(R::constant(0.000005)) - t1188_1189;
+    t1196_1197 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1090_1091;
+    t1198_1199 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1090_1091;
+    t1200_1201 = two(tau_right_hip_yaw, tau_left_hip_yaw) + t1118_1119;
+    t1202_1203 = both(R::constant(1.0)) / t1098_1099;
+    t1204_1205 = t1182_1183 * t1202_1203;
+    t1206_1207 = R::Two::fused(t1182_1183, t1204_1205, t1150_1151);
+    t1208_1209 = R::Two::fused(t1184_1185, t1204_1205, t1148_1149);
+    t1210_1211 = R::Two::fused(t1084_1085, t1204_1205, t1128_1129);
+    t1212_1213 = R::Two::fused(t1196_1197, t1204_1205, t1164_1165);
+    t1214_1215 = R::Two::fused(t1198_1199, t1204_1205, t1172_1173);
+    t1216_1217 = t1184_1185 * t1202_1203;
+    t1218_1219 = R::Two::fused(t1184_1185, t1216_1217, t1152_1153);
+    t1220_1221 = R::Two::fused(t1084_1085, t1216_1217, t1130_1131);
+    t1222_1223 = R::Two::fused(t1196_1197, t1216_1217, t1168_1169);
+    t1224_1225 = R::Two::fused(-t1198_1199, t1216_1217, t1170_1171);
+    t1226_1227 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1220_1221, t1222_1223);
     // right_hip_yaw_link: articulated inertia
-    t1284 = t1214_1215.second() + t1214_1215.first();
-    t1285 = t1216_1217.second() + t1216_1217.first();
-    t1286 = t1218_1219.second() + t1218_1219.first();
-    t1287 = t1220_1221.second() + t1220_1221.first();
-    t1288 = t1222_1223.second() + t1222_1223.first();
-    t1289 = t1224_1225.second() + t1224_1225.first();
-    t1290 = t1262_1263.second() + t1262_1263.first();
-    t1291 = t1264_1265.second() + t1264_1265.first();
-    t1292 = t1266_1267.second() + t1266_1267.first();
-    t1293 = t1232_1233.second() + t1232_1233.first();
-    t1294 = t1234_1235.second() + t1234_1235.first();
-    t1295 = t1236_1237.second() + t1236_1237.first();
-    t1296 = R::fused(R::constant(-0.075), t1214_1215.first(), t1260);
-    t1297 = R::fused(R::constant(-0.075), t1216_1217.first(), t1261);
-    t1298 = t1258_1259.second() - t1258_1259.first();
-    t1299 = t1276_1277.second() + t1276_1277.first();
-    t1300 = t1273_1274.second() + t1273_1274.first();
-    t1301 = t1278_1279.second() - t1278_1279.first();
-    t1302 = t1242_1243.second() + t1242_1243.first();
-    t1303 = R::fused(R::constant(-0.075), t1232_1233.first(), t1270);
-    t1304 = R::fused(R::constant(0.005625), t1214_1215.first(), t1275);
-    t1305 = t1246_1247.second() + t1246_1247.first();
-    t1306 = t1248_1249.second() + t1248_1249.first();
-    t1307 = t1250_1251.second() + t1250_1251.first();
-    t1308 = t1280_1281.second() + t1280_1281.first();
-    t1309 = t1254_1255.second() + t1254_1255.first();
-    t1310 = t1282_1283.second() + t1282_1283.first();
+    t1228 = t1218_1219.second() + t1218_1219.first();
+    t1229 = t1220_1221.second() + t1220_1221.first();
+    t1230 = t1224_1225.second() + t1224_1225.first();
+    t1231 = t1226_1227.second() + t1226_1227.first();
+    t1232 = R::constant(19.0) - t1228; // torso: articulated inertia
+    t1233 = R::constant(2.444) + t1231; // torso: articulated inertia
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t1234_1235 = t1084_1085 * t1202_1203;
+    t1236_1237 = R::Two::fused(t1084_1085, t1234_1235, t1080_1081);
+    t1238_1239 = R::Two::fused(t1196_1197, t1234_1235, t1174_1175);
+    t1240_1241 = R::Two::fused(t1198_1199, t1234_1235, t1176_1177);
+    t1242_1243 = t1196_1197 * t1202_1203;
+    t1244_1245 = R::Two::fused(-t1196_1197, t1242_1243, t1194_1195);
+    t1246_1247 = R::Two::fused(t1198_1199, t1242_1243, t1190_1191);
+    t1248_1249 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t1238_1239, t1244_1245);
+    t1250_1251 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1236_1237, t1238_1239);
+    t1252 = t1236_1237.second() + t1236_1237.first(); // right_hip_yaw_link: articulated inertia
+    t1253_1254 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1240_1241, t1246_1247);
+    t1255 = t1240_1241.second() + t1240_1241.first(); // right_hip_yaw_link: articulated inertia
+    t1256 = R::constant(19.0) - t1252; // torso: articulated inertia
+    t1257_1258 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t1250_1251, t1248_1249);
+    t1259 = t1250_1251.second() + t1250_1251.first(); // right_hip_yaw_link: articulated inertia
+    t1260 = t1253_1254.second() + t1253_1254.first(); // right_hip_yaw_link: articulated inertia
+    t1261 = t1257_1258.second() + t1257_1258.first(); // right_hip_yaw_link: articulated inertia
+    t1262 = R::constant(0.884111667) + t1261; // torso: articulated inertia
+    t1263_1264 = t1198_1199 * t1202_1203;
+    t1265_1266 = R::Two::fused(-t1198_1199, t1263_1264, t1192_1193);
+    t1267 = t1265_1266.second() + t1265_1266.first(); // right_hip_yaw_link: articulated inertia
+    t1268 = R::constant(0.785816667) + t1267; // torso: articulated inertia
+    t1269_1270 = t1200_1201 * t1202_1203;
+    t1271_1272 = R::Two::fused(-t1182_1183, t1269_1270, t1136_1137);
+    t1273_1274 = R::Two::fused(-t1184_1185, t1269_1270, t1138_1139);
+    t1275_1276 = R::Two::fused(t1084_1085, t1269_1270, t1106_1107);
+    t1277_1278 = R::Two::fused(-t1196_1197, t1269_1270, t1158_1159);
+    t1279_1280 = R::Two::fused(t1198_1199, t1269_1270, t1160_1161);
+    t1281_1282 = R::Two::fused(-t1098_1099, t1269_1270, t1118_1119);
+    t1283_1284 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t1275_1276, t1277_1278);
+    t1285_1286 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1271_1272, t1281_1282);
+    t1287 = t1271_1272.second() + t1271_1272.first(); // right_hip_yaw_link: articulated inertia
+    t1288 = t494 + t1287; // torso: articulated inertia
+    t1289 = t1273_1274.second() + t1273_1274.first(); // right_hip_yaw_link: articulated inertia
+    t1290 = t498 + t1289; // torso: articulated inertia
+    t1291 = t1275_1276.second() + t1275_1276.first(); // right_hip_yaw_link: articulated inertia
+    t1292 = t79 + t1291; // torso: articulated inertia
+    t1293 = t1279_1280.second() + t1279_1280.first(); // right_hip_yaw_link: articulated inertia
+    t1294 = t495 + t1293; // torso: articulated inertia
+    t1295 = t1283_1284.second() + t1283_1284.first(); // right_hip_yaw_link: articulated inertia
+    t1296 = t499 - t1295; // torso: articulated inertia
+    t1297 = t1285_1286.second() + t1285_1286.first(); // right_hip_yaw_link: articulated inertia
     // torso: articulated inertia
-    t1311 = R::constant(19.0) - t1284;
-    t1312 = R::constant(19.0) - t1287;
-    t1313 = R::constant(19.0) - t1289;
-    t1314 = R::constant(2.444) + t1291;
-    t1315 = R::constant(2.444) + t1293;
-    t1316 = R::constant(0.884111667) + t1299;
-    t1317 = R::constant(0.785816667) + t1302;
-    t1318 = R::constant(0.154455) - t1304;
-    t1319 = t491 + t1305;
-    t1320 = t492 + t1306;
-    t1321 = t493 + t1307;
-    t1322 = t496 - t1308;
-    t1323 = t497 + t1309;
-    t1324 = R::fused(t23, R::constant(0.098295), t1310);
-    t1325 = tau_base_linear_x - t1319;
-    t1326 = tau_base_linear_y - t1320;
-    t1327 = tau_base_linear_z + t1321;
-    t1328 = tau_base_angular_x + t1322;
-    t1329 = tau_base_angular_y - t1323;
-    t1330 = tau_base_angular_z + t1324;
-    t1331 = R::constant(1.0) / t1318;
-    t1332 = t1303 * t1331;
-    t1333 = R::fused(t1296, t1332, t1315);
-    t1334 = R::fused(-t1297, t1332, t1294);
-    t1335 = R::fused(t1298, t1332, t1295);
-    t1336 = R::fused(t1301, t1332, t1300);
-    t1337 = R::fused(-t1303, t1332, t1317);
-    t1338 = t1301 * t1331;
-    t1339 = R::fused(t1296, t1338, t1290);
-    t1340 = R::fused(t1297, t1338, t1314);
-    t1341 = R::fused(t1298, t1338, t1292);
-    t1342 = R::fused(-t1301, t1338, t1316);
-    t1343 = t1298 * t1331;
-    t1344 = R::fused(t1296, t1343, t1286);
-    t1345 = R::fused(t1297, t1343, t1288);
-    t1346 = R::fused(-t1298, t1343, t1313);
-    t1347 = t1297 * t1331;
-    t1348 = R::fused(t1296, t1347, t1285);
-    t1349 = R::fused(-t1297, t1347, t1312);
-    t1350 = t1296 * t1331;
-    t1351 = R::fused(-t1296, t1350, t1311);
-    t1352 = R::constant(1.0) / t1337;
-    t1353 = t1336 * t1352;
-    t1354 = R::fused(t1333, t1353, t1339);
-    t1355 = R::fused(-t1334, t1353, t1340);
-    t1356 = R::fused(t1335, t1353, t1341);
-    t1357 = R::fused(-t1336, t1353, t1342);
-    t1358 = t1335 * t1352;
-    t1359 = R::fused(t1333, t1358, t1344);
-    t1360 = R::fused(-t1334, t1358, t1345);
-    t1361 = R::fused(-t1335, t1358, t1346);
-    t1362 = t1334 * t1352;
-    t1363 = R::fused(-t1333, t1362, t1348);
-    t1364 = R::fused(-t1334, t1362, t1349);
-    t1365 = t1333 * t1352;
-    t1366 = R::fused(-t1333, t1365, t1351);
-    t1367 = R::constant(1.0) / t1357;
-    t1368 = t1356 * t1367;
-    t1369 = R::fused(t1354, t1368, t1359);
-    t1370 = R::fused(t1355, t1368, t1360);
-    t1371 = R::fused(-t1356, t1368, t1361);
-    t1372 = t1355 * t1367;
-    t1373 = R::fused(t1354, t1372, t1363);
-    t1374 = R::fused(-t1355, t1372, t1364);
-    t1375 = t1354 * t1367;
-    t1376 = R::fused(-t1354, t1375, t1366);
-    t1377 = R::constant(1.0) / t1371;
-    t1378 = t1370 * t1377;
-    t1379 = R::fused(t1369, t1378, t1373);
-    t1380 = R::fused(-t1370, t1378, t1374);
-    t1381 = t1369 * t1377;
-    t1382 = R::fused(-t1369, t1381, t1376);
-    t1383 = R::constant(1.0) / t1380;
-    t1384 = t1379 * t1383;
-    t1385 = R::fused(-t1379, t1384, t1382);
-    t1386 = R::constant(1.0) / t1385;
-    t1387 = R::fused(t1330, t1332, t1329);
-    t1388 = R::fused(-t1330, t1338, t1328);
-    t1389 = R::fused(-t1330, t1343, t1327);
-    t1390 = R::fused(-t1330, t1347, t1326);
+    t1298 = R::fused(t57, R::constant(0.098295), t1297);
+    t1299 = tau_base_linear_x - t1288;
+    t1300 = tau_base_linear_y - t1290;
+    t1301 = tau_base_linear_z + t1292;
+    t1302 = tau_base_angular_y - t1294;
+    t1303 = tau_base_angular_x + t1296;
+    t1304 = tau_base_angular_z + t1298;
+    t1305_1306 = both(R::constant(0.075)) * t1210_1211; // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t1307 = R::constant(0.075) * t1206_1207.second(); // left_hip_yaw_link: articulated inertia
+    t1308 = R::fused(R::constant(-0.075), t1206_1207.first(), t1307); // right_hip_yaw_link: articulated inertia
+    t1309 = R::constant(0.075) * t1208_1209.second(); // left_hip_yaw_link: articulated inertia
+    t1310 = R::fused(R::constant(-0.075), t1208_1209.first(), t1309); // right_hip_yaw_link: articulated inertia
+    t1311 = t1208_1209.second() + t1208_1209.first(); // right_hip_yaw_link: articulated inertia
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t1312_1313 = both(R::constant(0.075)) * t1212_1213;
+    t1314_1315 = R::Two::fused(t1305_1306, two(R::constant(-1.0), R::constant(1.0)), t1212_1213);
+    t1316 = t1305_1306.second() - t1305_1306.first(); // right_hip_yaw_link: articulated inertia
+    t1317_1318 = R::Two::fused(two(R::constant(-0.005625), R::constant(0.005625)), t1210_1211, t1312_1313);
+    t1319 = t1210_1211.second() + t1210_1211.first(); // right_hip_yaw_link: articulated inertia
+    t1320 = t1314_1315.second() + t1314_1315.first(); // right_hip_yaw_link: articulated inertia
+    t1321 = t1317_1318.second() - t1317_1318.first(); // right_hip_yaw_link: articulated inertia
+    t1322 = R::constant(0.075) * t1214_1215.second(); // left_hip_yaw_link: articulated inertia
+    t1323 = R::fused(R::constant(-0.075), t1214_1215.first(), t1322); // right_hip_yaw_link: articulated inertia
+    t1324 = t1214_1215.second() + t1214_1215.first(); // right_hip_yaw_link: articulated inertia
+    t1325 = R::constant(2.444) + t1324; // torso: articulated inertia
+    t1326 = t1206_1207.second() * R::constant(0.005625); // left_hip_yaw_link: articulated inertia
+    t1327 = R::fused(R::constant(0.005625), t1206_1207.first(), t1326); // right_hip_yaw_link: articulated inertia
+    t1328 = t1206_1207.second() + t1206_1207.first(); // right_hip_yaw_link: articulated inertia
+    // torso: articulated inertia
+    t1329 = R::constant(19.0) - t1328;
+    t1330 = R::constant(0.154455) - t1327;
+    t1331 = R::constant(1.0) / t1330;
+    t1332 = t1323 * t1331;
+    t1333 = R::fused(t1308, t1332, t1325);
+    t1334 = R::fused(-t1310, t1332, t1230);
+    t1335 = R::fused(t1316, t1332, t1255);
+    t1336 = R::fused(t1321, t1332, t1260);
+    t1337 = R::fused(-t1323, t1332, t1268);
+    t1338 = R::fused(t1304, t1332, t1302);
+    t1339 = R::constant(1.0) / t1337;
+    t1340 = t1321 * t1331;
+    t1341 = R::fused(t1308, t1340, t1320);
+    t1342 = R::fused(t1310, t1340, t1233);
+    t1343 = R::fused(t1316, t1340, t1259);
+    t1344 = R::fused(-t1321, t1340, t1262);
+    t1345 = R::fused(-t1304, t1340, t1303);
+    t1346 = t1316 * t1331;
+    t1347 = R::fused(t1308, t1346, t1319);
+    t1348 = R::fused(t1310, t1346, t1229);
+    t1349 = R::fused(-t1316, t1346, t1256);
+    t1350 = R::fused(-t1304, t1346, t1301);
+    t1351 = t1310 * t1331;
+    t1352 = R::fused(t1308, t1351, t1311);
+    t1353 = R::fused(-t1310, t1351, t1232);
+    t1354 = R::fused(-t1304, t1351, t1300);
+    t1355 = t1308 * t1331;
+    t1356 = R::fused(-t1308, t1355, t1329);
+    t1357 = R::fused(-t1304, t1355, t1299);
+    t1358 = t1336 * t1339;
+    t1359 = R::fused(t1333, t1358, t1341);
+    t1360 = R::fused(-t1334, t1358, t1342);
+    t1361 = R::fused(t1335, t1358, t1343);
+    t1362 = R::fused(-t1336, t1358, t1344);
+    t1363 = R::fused(-t1358, t1338, t1345);
+    t1364 = R::constant(1.0) / t1362;
+    t1365 = t1335 * t1339;
+    t1366 = R::fused(t1333, t1365, t1347);
+    t1367 = R::fused(-t1334, t1365, t1348);
+    t1368 = R::fused(-t1335, t1365, t1349);
+    t1369 = R::fused(-t1365, t1338, t1350);
+    t1370 = t1334 * t1339;
+    t1371 = R::fused(-t1333, t1370, t1352);
+    t1372 = R::fused(-t1334, t1370, t1353);
+    t1373 = R::fused(t1370, t1338, t1354);
+    t1374 = t1333 * t1339;
+    t1375 = R::fused(-t1333, t1374, t1356);
+    t1376 = R::fused(-t1374, t1338, t1357);
+    t1377 = t1361 * t1364;
+    t1378 = R::fused(t1359, t1377, t1366);
+    t1379 = R::fused(t1360, t1377, t1367);
+    t1380 = R::fused(-t1361, t1377, t1368);
+    t1381 = R::fused(t1377, t1363, t1369);
+    t1382 = R::constant(1.0) / t1380;
+    t1383 = t1360 * t1364;
+    t1384 = R::fused(t1359, t1383, t1371);
+    t1385 = R::fused(-t1360, t1383, t1372);
+    t1386 = R::fused(t1383, t1363, t1373);
+    t1387 = t1359 * t1364;
+    t1388 = R::fused(-t1359, t1387, t1375);
+    t1389 = R::fused(t1387, t1363, t1376);
+    t1390 = t1379 * t1382;
     let (
         t1391, t1392, t1393, t1394, t1395, t1396, t1397, t1398, t1399, t1400, t1401, t1402, t1403, t1404, t1405, t1406,
         t1407, t1408, t1409, t1410, t1411, t1412, t1413, t1414, t1415, t1416, t1417, t1418, t1419, t1420, t1421, t1422,
-        t1423, t1424, t1425_1426, t1427_1428, t1429_1430, t1431_1432, t1433_1434, t1435_1436, t1437_1438, t1439_1440,
-        t1441_1442, t1443_1444, t1445_1446, t1447_1448, t1449_1450, t1451_1452, t1453_1454, t1455_1456, t1457_1458,
-        t1459_1460, t1461_1462, t1463_1464, t1465_1466, t1467_1468, t1469_1470, t1471_1472, t1473_1474, t1475_1476,
-        t1477_1478, t1479_1480, t1481_1482, t1483_1484, t1485_1486, t1487_1488, t1489_1490, t1491_1492, t1493_1494,
-        t1495_1496, t1497_1498, t1499_1500, t1501_1502, t1503_1504, t1505_1506, t1507_1508, t1509_1510, t1511_1512,
-        t1513_1514, t1515_1516, t1517_1518, t1519_1520, t1521_1522, t1523_1524, t1525_1526, t1527_1528, t1529_1530,
-        t1531_1532, t1533_1534, t1535_1536, t1537_1538, t1539_1540, t1541_1542, t1543_1544, t1545_1546, t1547_1548,
-        t1549_1550, t1551_1552, t1553_1554, t1555_1556, t1557_1558, t1559_1560, t1561_1562, t1563_1564, t1565_1566,
-        t1567_1568, t1569_1570, t1571_1572, t1573_1574, t1575_1576, t1577_1578, t1579_1580, t1581_1582, t1583_1584,
-        t1585_1586, t1587_1588, t1589_1590, t1591_1592, t1593_1594, t1595_1596, t1597_1598, t1599_1600, t1601_1602,
-        t1603_1604, t1605_1606, t1607_1608,
+        t1423_1424, t1425_1426, t1427_1428, t1429, t1430_1431, t1432_1433, t1434_1435, t1436_1437, t1438_1439,
+        t1440_1441, t1442_1443, t1444_1445, t1446_1447, t1448, t1449_1450, t1451_1452, t1453_1454, t1455_1456,
+        t1457_1458, t1459_1460, t1461_1462, t1463_1464, t1465_1466, t1467_1468, t1469_1470, t1471_1472, t1473_1474,
+        t1475_1476, t1477_1478, t1479_1480, t1481_1482, t1483_1484, t1485_1486, t1487_1488, t1489_1490, t1491_1492,
+        t1493_1494, t1495_1496, t1497_1498, t1499_1500, t1501_1502, t1503_1504, t1505_1506, t1507_1508, t1509_1510,
+        t1511_1512, t1513_1514, t1515_1516, t1517_1518, t1519_1520, t1521_1522, t1523_1524, t1525_1526, t1527_1528,
+        t1529_1530, t1531_1532, t1533_1534, t1535_1536, t1537_1538, t1539_1540, t1541_1542, t1543_1544, t1545_1546,
+        t1547_1548, t1549_1550, t1551_1552, t1553_1554, t1555_1556, t1557_1558, t1559_1560, t1561_1562, t1563_1564,
+        t1565_1566, t1567_1568, t1569_1570, t1571_1572, t1573_1574, t1575_1576, t1577_1578, t1579_1580, t1581_1582,
+        t1583_1584, t1585_1586, t1587_1588, t1589_1590, t1591_1592, t1593_1594, t1595_1596, t1597_1598, t1599_1600,
+        t1601_1602, t1603_1604, t1605_1606, t1607_1608,
     );
-    t1391 = R::fused(-t1330, t1350, t1325);
-    t1392 = R::fused(-t1353, t1387, t1388);
-    t1393 = R::fused(-t1358, t1387, t1389);
-    t1394 = R::fused(t1362, t1387, t1390);
-    t1395 = R::fused(-t1365, t1387, t1391);
-    t1396 = R::fused(t1368, t1392, t1393);
-    t1397 = R::fused(t1372, t1392, t1394);
-    t1398 = R::fused(t1375, t1392, t1395);
-    t1399 = R::fused(t1378, t1396, t1397);
-    t1400 = R::fused(t1381, t1396, t1398);
-    t1401 = R::fused(t1384, t1399, t1400);
+    t1391 = R::fused(t1378, t1390, t1384);
+    t1392 = R::fused(-t1379, t1390, t1385);
+    t1393 = R::fused(t1390, t1381, t1386);
+    t1394 = R::constant(1.0) / t1392;
+    t1395 = t1378 * t1382;
+    t1396 = R::fused(-t1378, t1395, t1388);
+    t1397 = R::fused(t1395, t1381, t1389);
+    t1398 = t1391 * t1394;
+    t1399 = R::fused(-t1391, t1398, t1396);
+    t1400 = R::fused(t1398, t1393, t1397);
+    t1401 = R::constant(1.0) / t1399;
     // torso: acceleration
-    t1402 = t1386 * t1401;
-    t1403 = R::fused(t1379, t1402, t1399);
-    t1404 = t1383 * t1403;
-    t1405 = R::fused(t1369, t1402, t1396);
-    t1406 = R::fused(t1370, t1404, t1405);
-    t1407 = t1377 * t1406;
-    t1408 = R::fused(t1354, t1402, t1392);
-    t1409 = R::fused(t1355, t1404, t1408);
-    t1410 = R::fused(t1356, t1407, t1409);
-    t1411 = t1367 * t1410;
-    t1412 = R::fused(-t1333, t1402, t1387);
-    t1413 = R::fused(t1334, t1404, t1412);
-    t1414 = R::fused(-t1335, t1407, t1413);
-    t1415 = R::fused(-t1336, t1411, t1414);
-    t1416 = t1352 * t1415;
-    t1417 = R::fused(-t1296, t1402, t1330);
-    t1418 = R::fused(-t1297, t1404, t1417);
-    t1419 = R::fused(-t1298, t1407, t1418);
-    t1420 = R::fused(-t1301, t1411, t1419);
-    t1421 = R::fused(t1303, t1416, t1420);
+    t1402 = t1401 * t1400;
+    t1403 = R::fused(t1391, t1402, t1393);
+    t1404 = R::fused(t1378, t1402, t1381);
+    t1405 = R::fused(t1359, t1402, t1363);
+    t1406 = R::fused(-t1333, t1402, t1338);
+    t1407 = R::fused(-t1308, t1402, t1304);
+    t1408 = t1394 * t1403;
+    t1409 = R::fused(t1379, t1408, t1404);
+    t1410 = R::fused(t1360, t1408, t1405);
+    t1411 = R::fused(t1334, t1408, t1406);
+    t1412 = R::fused(-t1310, t1408, t1407);
+    t1413 = t1382 * t1409;
+    t1414 = R::fused(t1361, t1413, t1410);
+    t1415 = R::fused(-t1335, t1413, t1411);
+    t1416 = R::fused(-t1316, t1413, t1412);
+    t1417 = t1364 * t1414;
+    t1418 = R::fused(-t1336, t1417, t1415);
+    t1419 = R::fused(-t1321, t1417, t1416);
+    t1420 = t1339 * t1418;
+    t1421 = R::fused(t1323, t1420, t1419);
     t1422 = t1331 * t1421;
-    t1423 = R::constant(0.075) * t1422; // right_hip_yaw_link: acceleration
-    t1424 = R::constant(0.075) * t1411; // right_hip_yaw_link: acceleration
     // right_hip_yaw_link, left_hip_yaw_link: acceleration
-    t1425_1426 = R::Two::fused(both(t1423), two(R::constant(1.0), R::constant(-1.0)), both(t1402));
-    t1427_1428 = R::Two::fused(both(t1424), two(R::constant(-1.0), R::constant(1.0)), both(t1407));
-    t1429_1430 = t1180_1181 * t1425_1426;
-    t1431_1432 = R::Two::fused(t1184_1185, both(t1404), t1429_1430);
-    t1433_1434 = R::Two::fused(t1088_1089, t1427_1428, t1431_1432);
-    t1435_1436 = t1200_1201 + t1433_1434;
-    t1437_1438 = t1196_1197 * both(t1411);
-    t1439_1440 = R::Two::fused(-t1198_1199, both(t1416), t1437_1438);
-    t1441_1442 = R::Two::fused(-t1112_1113, both(t1422), t1439_1440);
-    t1443_1444 = t1435_1436 + t1441_1442;
-    t1445_1446 = t1202_1203 * t1443_1444;
-    t1447_1448 = both(t1422) + t1445_1446;
+    t1423_1424 = t1196_1197 * both(t1417);
+    t1425_1426 = R::Two::fused(-t1198_1199, both(t1420), t1423_1424);
+    t1427_1428 = R::Two::fused(-t1098_1099, both(t1422), t1425_1426);
+    t1429 = R::constant(0.075) * t1417; // right_hip_yaw_link: acceleration
+    t1430_1431 = R::Two::fused(both(t1429), two(R::constant(-1.0), R::constant(1.0)), both(t1413));
     // right_hip_roll_link, left_hip_roll_link: acceleration
-    t1449_1450 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1425_1426;
-    t1451_1452 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(t1404), t1449_1450);
-    t1453_1454 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1425_1426;
-    t1455_1456 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(t1404), t1453_1454);
-    t1457_1458 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * both(t1411);
-    t1459_1460 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(t1416), t1457_1458);
-    t1461_1462 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * both(t1411);
-    t1463_1464 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(t1416), t1461_1462);
-    t1465_1466 = t930_931 * t1451_1452;
-    t1467_1468 = R::Two::fused(t1032_1033, t1455_1456, t1465_1466);
-    t1469_1470 = R::Two::fused(-t1036_1037, t1427_1428, t1467_1468);
-    t1471_1472 = t1052_1053 + t1469_1470;
-    t1473_1474 = t962_963 * t1459_1460;
-    t1475_1476 = R::Two::fused(-t1048_1049, t1463_1464, t1473_1474);
-    t1477_1478 = R::Two::fused(-t1050_1051, t1447_1448, t1475_1476);
-    t1479_1480 = t1471_1472 - t1477_1478;
-    t1481_1482 = t1054_1055 * t1479_1480;
-    t1483_1484 = t1459_1460 + t1481_1482;
+    t1432_1433 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * both(t1417);
+    t1434_1435 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * both(t1417);
+    t1436_1437 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(t1420), t1432_1433);
+    t1438_1439 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(t1420), t1434_1435);
+    t1440_1441 = t944_945 * t1436_1437;
+    t1442_1443 = R::Two::fused(-t1016_1017, t1438_1439, t1440_1441);
     // right_upper_leg, left_upper_leg: acceleration
-    t1485_1486 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1455_1456;
-    t1487_1488 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1427_1428, t1485_1486);
-    t1489_1490 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1455_1456;
-    t1491_1492 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1427_1428, t1489_1490);
-    t1493_1494 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1463_1464;
-    t1495_1496 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1447_1448, t1493_1494);
-    t1497_1498 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1463_1464;
-    t1499_1500 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1447_1448, t1497_1498);
-    t1501_1502 = t878_879 * t1451_1452;
-    t1503_1504 = R::Two::fused(t822_823, t1487_1488, t1501_1502);
-    t1505_1506 = R::Two::fused(-t880_881, t1491_1492, t1503_1504);
-    t1507_1508 = t904_905 + t1505_1506;
-    t1509_1510 = t860_861 * t1483_1484;
-    t1511_1512 = R::Two::fused(-t888_889, t1495_1496, t1509_1510);
-    t1513_1514 = R::Two::fused(t856_857, t1499_1500, t1511_1512);
-    t1515_1516 = t1507_1508 - t1513_1514;
-    t1517_1518 = t906_907 * t1515_1516;
-    t1519_1520 = t1495_1496 - t1517_1518;
+    t1444_1445 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1438_1439;
+    t1446_1447 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1438_1439;
+    t1448 = R::constant(0.075) * t1422; // right_hip_yaw_link: acceleration
+    // right_hip_yaw_link, left_hip_yaw_link: acceleration
+    t1449_1450 = R::Two::fused(both(t1448), two(R::constant(1.0), R::constant(-1.0)), both(t1402));
+    t1451_1452 = t1182_1183 * t1449_1450;
+    t1453_1454 = R::Two::fused(t1184_1185, both(t1408), t1451_1452);
+    t1455_1456 = R::Two::fused(t1084_1085, t1430_1431, t1453_1454);
+    t1457_1458 = t1200_1201 + t1455_1456;
+    t1459_1460 = t1457_1458 + t1427_1428;
+    t1461_1462 = t1202_1203 * t1459_1460;
+    t1463_1464 = both(t1422) + t1461_1462;
+    t1465_1466 = R::Two::fused(-t1018_1019, t1463_1464, t1442_1443); // right_hip_roll_link, left_hip_roll_link
+    // right_upper_leg, left_upper_leg: acceleration
+    t1467_1468 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1463_1464, t1444_1445);
+    t1469_1470 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1463_1464, t1446_1447);
+    // right_hip_roll_link, left_hip_roll_link: acceleration
+    t1471_1472 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1449_1450;
+    t1473_1474 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1449_1450;
+    t1475_1476 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(t1408), t1471_1472);
+    t1477_1478 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(t1408), t1473_1474);
+    t1479_1480 = t916_917 * t1475_1476;
+    t1481_1482 = R::Two::fused(t1012_1013, t1477_1478, t1479_1480);
+    t1483_1484 = R::Two::fused(-t1014_1015, t1430_1431, t1481_1482);
+    t1485_1486 = t1052_1053 + t1483_1484;
+    t1487_1488 = t1485_1486 - t1465_1466;
+    t1489_1490 = t1054_1055 * t1487_1488;
+    t1491_1492 = t1436_1437 + t1489_1490;
+    // right_upper_leg, left_upper_leg: acceleration
+    t1493_1494 = t870_871 * t1475_1476;
+    t1495_1496 = t888_889 * t1491_1492;
+    t1497_1498 = R::Two::fused(-t898_899, t1467_1468, t1495_1496);
+    t1499_1500 = R::Two::fused(t902_903, t1469_1470, t1497_1498);
+    t1501_1502 = t740_741 * t1491_1492; // right_lower_leg, left_lower_leg: acceleration
+    t1503_1504 = t594_595 * t1491_1492; // right_ankle, left_ankle: acceleration
+    t1505_1506 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1477_1478;
+    t1507_1508 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1477_1478;
+    t1509_1510 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1430_1431, t1505_1506);
+    t1511_1512 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1430_1431, t1507_1508);
+    t1513_1514 = R::Two::fused(t878_879, t1509_1510, t1493_1494);
+    t1515_1516 = R::Two::fused(-t896_897, t1511_1512, t1513_1514);
+    t1517_1518 = t904_905 + t1515_1516;
+    t1519_1520 = t1517_1518 - t1499_1500;
+    t1521_1522 = t906_907 * t1519_1520;
+    t1523_1524 = t1467_1468 - t1521_1522;
     // right_lower_leg, left_lower_leg: acceleration
-    t1521_1522 = t136_137 * t1499_1500;
-    t1523_1524 = R::Two::fused(-t134_135, t1483_1484, t1521_1522);
-    t1525_1526 = R::Two::fused(t134_135, t1519_1520, t1451_1452);
-    t1527_1528 = t1487_1488 + t1523_1524;
-    t1529_1530 = R::Two::fused(-t136_137, t1519_1520, t1491_1492);
-    t1531_1532 = t730_731 * t1525_1526;
-    t1533_1534 = R::Two::fused(t674_675, t1527_1528, t1531_1532);
-    t1535_1536 = R::Two::fused(-t732_733, t1529_1530, t1533_1534);
-    t1537_1538 = t756_757 + t1535_1536;
-    t1539_1540 = t712_713 * t1483_1484;
-    t1541_1542 = R::Two::fused(-t740_741, t1519_1520, t1539_1540);
-    t1543_1544 = R::Two::fused(t708_709, t1499_1500, t1541_1542);
-    t1545_1546 = t1537_1538 - t1543_1544;
-    t1547_1548 = t758_759 * t1545_1546;
-    t1549_1550 = t1519_1520 - t1547_1548;
+    t1525_1526 = R::Two::fused(-t750_751, t1523_1524, t1501_1502);
+    t1527_1528 = R::Two::fused(t754_755, t1469_1470, t1525_1526);
+    t1529_1530 = R::Two::fused(t106_107, t1523_1524, t1475_1476);
+    t1531_1532 = R::Two::fused(-t108_109, t1523_1524, t1511_1512);
+    t1533_1534 = t108_109 * t1469_1470;
+    t1535_1536 = R::Two::fused(-t106_107, t1491_1492, t1533_1534);
+    t1537_1538 = t1509_1510 + t1535_1536;
+    t1539_1540 = t722_723 * t1529_1530;
+    t1541_1542 = R::Two::fused(t730_731, t1537_1538, t1539_1540);
+    t1543_1544 = R::Two::fused(-t748_749, t1531_1532, t1541_1542);
+    t1545_1546 = t756_757 + t1543_1544;
+    t1547_1548 = t1545_1546 - t1527_1528;
+    t1549_1550 = t758_759 * t1547_1548;
+    t1551_1552 = t1523_1524 - t1549_1550;
     // right_ankle, left_ankle: acceleration
-    t1551_1552 = t174_175 * t1499_1500;
-    t1553_1554 = R::Two::fused(-t172_173, t1483_1484, t1551_1552);
-    t1555_1556 = R::Two::fused(t172_173, t1549_1550, t1525_1526);
-    t1557_1558 = t1527_1528 + t1553_1554;
-    t1559_1560 = R::Two::fused(-t174_175, t1549_1550, t1529_1530);
-    t1561_1562 = t592_593 * t1555_1556;
-    t1563_1564 = R::Two::fused(t516_517, t1557_1558, t1561_1562);
-    t1565_1566 = R::Two::fused(-t590_591, t1559_1560, t1563_1564);
-    t1567_1568 = t608_609 + t1565_1566;
-    t1569_1570 = t606_607 * t1483_1484;
-    t1571_1572 = R::Two::fused(-t538_539, t1549_1550, t1569_1570);
-    t1573_1574 = R::Two::fused(t604_605, t1499_1500, t1571_1572);
-    t1575_1576 = t1567_1568 - t1573_1574;
-    t1577_1578 = t610_611 * t1575_1576;
-    t1579_1580 = t1549_1550 - t1577_1578;
+    t1553_1554 = R::Two::fused(-t380_381, t1551_1552, t1503_1504);
+    t1555_1556 = R::Two::fused(t592_593, t1469_1470, t1553_1554);
+    t1557_1558 = R::Two::fused(t22_23, t1551_1552, t1529_1530);
+    t1559_1560 = R::Two::fused(-t32_33, t1551_1552, t1531_1532);
+    t1561_1562 = t32_33 * t1469_1470;
+    t1563_1564 = R::Two::fused(-t22_23, t1491_1492, t1561_1562);
+    t1565_1566 = t1537_1538 + t1563_1564;
+    t1567_1568 = t10_11 * t1565_1566; // right_foot, left_foot: acceleration
+    t1569_1570 = t42_43 * t1557_1558;
+    t1571_1572 = R::Two::fused(t566_567, t1565_1566, t1569_1570);
+    t1573_1574 = two(sin_t2, sin_t3) * t1469_1470; // right_foot, left_foot: acceleration
+    t1575_1576 = R::Two::fused(-t40_41, t1559_1560, t1571_1572);
     // right_foot, left_foot: acceleration
-    t1581_1582 = two(cos_t2, cos_t3) * t1559_1560;
-    t1583_1584 = R::Two::fused(two(sin_t2, sin_t3), t1555_1556, t1581_1582);
-    t1585_1586 = two(cos_t2, cos_t3) * t1499_1500;
-    t1587_1588 = R::Two::fused(two(sin_t2, sin_t3), t1483_1484, t1585_1586);
-    t1589_1590 = two(sin_t2, sin_t3) * t1499_1500;
-    t1591_1592 = R::Two::fused(-two(cos_t2, cos_t3), t1483_1484, t1589_1590);
-    t1593_1594 = t268_269 * t1557_1558;
-    t1595_1596 = R::Two::fused(-t266_267, t1583_1584, t1593_1594);
-    t1597_1598 = t498_499 + t1595_1596;
-    t1599_1600 = both(R::constant(0.00207575)) * t1591_1592;
-    t1601_1602 = R::Two::fused(-t282_283, t1579_1580, t1599_1600);
-    t1603_1604 = R::Two::fused(-t284_285, t1587_1588, t1601_1602);
-    t1605_1606 = t1597_1598 + t1603_1604;
+    t1577_1578 = two(cos_t2, cos_t3) * t1469_1470;
+    t1579_1580 = R::Two::fused(-two(cos_t2, cos_t3), t1491_1492, t1573_1574);
+    t1581_1582 = R::Two::fused(two(sin_t2, sin_t3), t1491_1492, t1577_1578);
+    t1583_1584 = both(R::constant(0.00207575)) * t1579_1580;
+    t1585_1586 = two(cos_t2, cos_t3) * t1559_1560;
+    t1587_1588 = R::Two::fused(two(sin_t2, sin_t3), t1557_1558, t1585_1586);
+    t1589_1590 = R::Two::fused(-t14_15, t1587_1588, t1567_1568);
+    t1591_1592 = t606_607 + t1575_1576; // right_ankle, left_ankle: acceleration
+    t1593_1594 = t400_401 + t1589_1590;
+    // right_ankle, left_ankle: acceleration
+    t1595_1596 = t1591_1592 - t1555_1556;
+    t1597_1598 = t608_609 * t1595_1596;
+    t1599_1600 = t1551_1552 - t1597_1598;
+    // right_foot, left_foot: acceleration
+    t1601_1602 = R::Two::fused(-t6_7, t1599_1600, t1583_1584);
+    t1603_1604 = R::Two::fused(-t34_35, t1581_1582, t1601_1602);
+    t1605_1606 = t1593_1594 + t1603_1604;
     t1607_1608 = both(R::constant(481.7535830422739)) * t1605_1606;
     *out = [[
-        t1402, t1404, t1407, t1411, t1416, t1422, t1445_1446.first(), t1481_1482.first(), t1517_1518.first(),
-        t1547_1548.first(), t1577_1578.first(), t1607_1608.first(), t1445_1446.second(), t1481_1482.second(),
-        t1517_1518.second(), t1547_1548.second(), t1577_1578.second(), t1607_1608.second(),
+        t1402, t1408, t1413, t1417, t1420, t1422, t1461_1462.first(), t1489_1490.first(), t1521_1522.first(),
+        t1549_1550.first(), t1597_1598.first(), t1607_1608.first(), t1461_1462.second(), t1489_1490.second(),
+        t1521_1522.second(), t1549_1550.second(), t1597_1598.second(), t1607_1608.second(),
     ]];
 }
 }

@@ -778,490 +778,500 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
         q_left_ankle_pitch, q_base_pitch,
     ]);
     let (
-        t0_1, t2_3, t4_5, t6_7, t8_9, t10_11, t12_13, t14_15, t16_17, t18_19, t20_21, t22_23, t24_25, t26_27, t28_29,
-        t30, t31, t32_33, t34_35, t36_37, t38_39, t40_41, t42_43, t44_45, t46_47, t48_49, t50_51, t52_53, t54_55,
-        t56_57, t58_59, t60_61, t62_63, t64_65, t66_67, t68_69, t70_71, t72, t73, t74_75, t76_77, t78_79, t80_81,
-        t82_83, t84_85, t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105, t106_107,
-        t108_109, t110_111, t112_113, t114_115, t116_117, t118_119, t120_121, t122_123, t124, t125, t126, t127, t128,
-        t129, t130, t131, t132, t133, t134, t135, t136, t137, t138, t139, t140, t141, t142, t143, t144, t145, t146,
-        t147, t148, t149_150, t151_152, t153_154, t155, t156, t157_158, t159_160, t161_162, t163_164, t165, t166,
-        t167_168, t169_170, t171_172, t173_174, t175_176, t177_178, t179_180, t181, t182, t183, t184, t185, t186, t187,
-        t188, t189, t190, t191, t192, t193, t194, t195, t196, t197, t198, t199, t200, t201, t202, t203, t204_205,
-        t206_207, t208_209, t210_211, t212_213, t214_215, t216_217, t218_219, t220_221, t222_223, t224_225, t226_227,
-        t228_229, t230_231, t232_233, t234_235, t236_237, t238_239, t240_241, t242_243, t244_245, t246_247, t248, t249,
-        t250, t251, t252_253, t254_255, t256, t257, t258, t259, t260, t261_262, t263, t264_265, t266_267, t268_269,
-        t270_271, t272_273, t274_275, t276_277, t278_279, t280_281, t282_283, t284_285, t286_287, t288_289, t290_291,
-        t292_293, t294_295, t296, t297, t298_299, t300_301, t302_303, t304_305, t306_307, t308_309, t310, t311,
-        t312_313, t314_315, t316_317, t318_319, t320_321, t322_323, t324_325, t326_327, t328_329, t330, t331, t332,
-        t333, t334, t335, t336, t337, t338, t339, t340, t341, t342, t343, t344, t345, t346, t347, t348, t349, t350,
-        t351, t352, t353, t354, t355, t356, t357_358, t359_360, t361_362, t363_364, t365_366, t367_368, t369_370,
-        t371_372, t373_374, t375_376, t377_378, t379_380, t381_382, t383_384, t385_386, t387_388, t389_390, t391_392,
-        t393_394, t395_396, t397_398, t399_400, t401_402, t403_404, t405_406, t407_408, t409_410, t411_412, t413_414,
+        t0_1, t2_3, t4_5, t6_7, t8_9, t10, t11, t12_13, t14_15, t16_17, t18_19, t20_21, t22_23, t24_25, t26_27, t28_29,
+        t30_31, t32_33, t34_35, t36_37, t38_39, t40_41, t42_43, t44_45, t46_47, t48_49, t50_51, t52_53, t54_55, t56_57,
+        t58_59, t60_61, t62_63, t64_65, t66_67, t68_69, t70_71, t72_73, t74_75, t76_77, t78_79, t80_81, t82_83, t84_85,
+        t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105, t106_107, t108_109,
+        t110_111, t112_113, t114_115, t116_117, t118_119, t120_121, t122_123, t124_125, t126_127, t128_129, t130_131,
+        t132_133, t134_135, t136_137, t138_139, t140_141, t142_143, t144_145, t146_147, t148_149, t150_151, t152, t153,
+        t154_155, t156_157, t158, t159, t160, t161, t162, t163, t164_165, t166, t167, t168, t169_170, t171, t172,
+        t173_174, t175_176, t177_178, t179_180, t181_182, t183, t184, t185, t186, t187_188, t189_190, t191_192,
+        t193_194, t195_196, t197_198, t199_200, t201_202, t203_204, t205_206, t207_208, t209, t210, t211, t212, t213,
+        t214, t215, t216, t217, t218, t219, t220, t221, t222, t223, t224, t225_226, t227, t228, t229, t230, t231, t232,
+        t233_234, t235, t236, t237, t238, t239, t240, t241, t242, t243_244, t245_246, t247, t248_249, t250_251,
+        t252_253, t254, t255, t256_257, t258_259, t260_261, t262_263, t264_265, t266_267, t268_269, t270_271, t272_273,
+        t274_275, t276_277, t278_279, t280_281, t282_283, t284_285, t286_287, t288_289, t290_291, t292_293, t294_295,
+        t296_297, t298_299, t300_301, t302_303, t304, t305, t306, t307, t308, t309, t310_311, t312_313, t314_315,
+        t316_317, t318_319, t320_321, t322_323, t324_325, t326_327, t328_329, t330_331, t332_333, t334_335, t336_337,
+        t338_339, t340_341, t342_343, t344_345, t346_347, t348_349, t350_351, t352_353, t354, t355, t356, t357_358,
+        t359_360, t361_362, t363_364, t365_366, t367_368, t369_370, t371_372, t373_374, t375_376, t377_378, t379_380,
+        t381_382, t383_384, t385_386, t387_388, t389_390, t391_392, t393_394, t395, t396, t397_398, t399, t400, t401,
+        t402, t403, t404_405, t406_407, t408_409, t410_411, t412, t413, t414_415, t416_417, t418_419, t420_421,
+        t422_423, t424_425, t426_427, t428, t429, t430, t431, t432, t433, t434,
     );
     // right_foot, left_foot: sums of what it carries
-    t0_1 = both(R::constant(0.0399)) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t2_3 = R::Two::fused(both(R::constant(-0.0154)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t0_1);
-    t4_5 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2_3; // right_foot, left_foot: mass matrix
-    t6_7 = both(R::constant(0.0399)) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    t8_9 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t6_7);
-    // right_foot, left_foot: mass matrix
-    t10_11 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t8_9, t4_5);
-    t12_13 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t10_11;
-    t14_15 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2_3;
-    t16_17 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t8_9, t14_15);
-    t18_19 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t16_17, t12_13);
-    t20_21 = both(sin_q_base_pitch) * t18_19;
-    t22_23 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t10_11;
-    t24_25 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t16_17, t22_23);
-    t26_27 = R::Two::fused(both(cos_q_base_pitch), t24_25, t20_21);
-    // factors of the mass matrix
-    t28_29 = t26_27 * both(R::constant(161.73117044848053));
-    t30 = R::fused(-t26_27.second(), t28_29.second(), R::constant(19.0));
-    t31 = R::fused(-t26_27.first(), t28_29.first(), t30);
-    t32_33 = both(R::constant(0.3111)) + t8_9; // right_foot, left_foot: sums of what it carries
-    t34_35 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t32_33; // right_lower_leg, left_lower_leg
-    t36_37 = both(R::constant(0.008)) - t2_3; // right_foot, left_foot: sums of what it carries
-    t38_39 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t36_37, t34_35);
-    t40_41 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t38_39; // right_lower_leg, left_lower_leg: mass matrix
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t42_43 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t32_33;
-    t44_45 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t36_37, t42_43);
-    // right_lower_leg, left_lower_leg: mass matrix
-    t46_47 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t44_45, t40_41);
-    t48_49 = both(sin_q_base_pitch) * t46_47;
-    t50_51 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t38_39;
-    t52_53 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t44_45, t50_51);
-    t54_55 = R::Two::fused(both(cos_q_base_pitch), t52_53, t48_49);
-    t56_57 = R::Two::fused(both(R::constant(0.273)), t8_9, both(R::constant(0.0061831))); // right_foot, left_foot
-    // factors of the mass matrix
-    t58_59 = t56_57 * both(R::constant(161.73117044848053));
-    t60_61 = R::Two::fused(-t26_27, t58_59, t54_55);
+    t0_1 = both(R::constant(0.0399)) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t2_3 = both(R::constant(0.0399)) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    // other
+    t4_5 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t6_7 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t8_9 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
+    t10 = cos_q_base_pitch * R::constant(9.81); // torso: motion
+    t11 = sin_q_base_pitch * R::constant(9.81); // torso: motion
+    t12_13 = R::Two::fused(two(R::constant(0.273), R::constant(-0.273)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.15), R::constant(0.09)));
     // right_foot, left_foot: sums of what it carries
-    t62_63 = R::Two::fused(both(R::constant(0.546)), t8_9, both(R::constant(0.0061831)));
-    t64_65 = both(R::constant(0.07325338333)) + t62_63;
-    // factors of the mass matrix
-    t66_67 = R::Two::fused(-t56_57, t58_59, t64_65);
-    t68_69 = both(R::constant(1.0)) / t66_67;
-    t70_71 = t60_61 * t68_69;
-    t72 = R::fused(-t60_61.second(), t70_71.second(), t31);
-    t73 = R::fused(-t60_61.first(), t70_71.first(), t72);
-    t74_75 = both(R::constant(0.8355)) + t44_45; // right_lower_leg, left_lower_leg: sums of what it carries
-    t76_77 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t74_75; // right_upper_leg, left_upper_leg
-    t78_79 = both(R::constant(0.012)) - t38_39; // right_lower_leg, left_lower_leg: sums of what it carries
-    t80_81 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t78_79, t76_77);
-    t82_83 = both(sin_q_base_pitch) * t80_81; // right_upper_leg, left_upper_leg: mass matrix
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t84_85 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t74_75;
-    t86_87 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t78_79, t84_85);
-    t88_89 = R::Two::fused(-both(cos_q_base_pitch), t86_87, t82_83); // right_upper_leg, left_upper_leg: mass matrix
-    t90_91 = R::Two::fused(both(R::constant(-0.315)), t16_17, t56_57); // right_foot, left_foot: mass matrix
-    // factors of the mass matrix
-    t92_93 = t90_91 * both(R::constant(161.73117044848053));
-    t94_95 = t26_27 * t92_93;
-    t96_97 = t88_89 - t94_95;
-    t98_99 = R::Two::fused(both(R::constant(0.315)), t44_45, t64_65); // right_lower_leg, left_lower_leg: mass matrix
-    t100_101 = R::Two::fused(-t90_91, t58_59, t98_99);
-    t102_103 = t100_101 * t68_69;
-    t104_105 = t60_61 * t102_103;
-    t106_107 = t96_97 - t104_105;
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t108_109 = R::Two::fused(both(R::constant(0.63)), t44_45, t64_65);
-    t110_111 = both(R::constant(0.231642)) + t108_109;
-    // factors of the mass matrix
-    t112_113 = t90_91 * t92_93;
-    t114_115 = t110_111 - t112_113;
-    t116_117 = t100_101 * t102_103;
-    t118_119 = t114_115 - t116_117;
-    t120_121 = both(R::constant(1.0)) / t118_119;
-    t122_123 = t106_107 * t120_121;
-    t124 = R::fused(-t106_107.second(), t122_123.second(), t73);
-    t125 = R::fused(-t106_107.first(), t122_123.first(), t124);
-    t126 = R::constant(2.4915000028) - t86_87.second(); // left_upper_leg: sums of what it carries
-    t127 = t126 - t86_87.first(); // right_upper_leg: sums of what it carries
-    t128 = cos_q_base_pitch * t127; // torso: sums of what it carries
-    t129 = R::constant(0.22408000024) + t80_81.second(); // left_upper_leg: sums of what it carries
-    t130 = t129 + t80_81.first(); // right_upper_leg: sums of what it carries
-    t131 = R::fused(sin_q_base_pitch, t130, t128); // torso: sums of what it carries
-    t132 = t131 - t94_95.second();
-    t133 = t132 - t94_95.first();
-    t134 = t133 - t104_105.second();
-    t135 = t134 - t104_105.first();
-    t136 = t106_107.second() - t135;
-    t137 = t106_107.first() + t136;
-    t138 = R::constant(0.8044641474534446) + t110_111.second(); // left_upper_leg: sums of what it carries
-    t139 = t110_111.first() + t138; // right_upper_leg: sums of what it carries
-    t140 = t139 - t112_113.second();
-    t141 = t140 - t112_113.first();
-    t142 = t141 - t116_117.second();
-    t143 = t142 - t116_117.first();
-    t144 = t118_119.second() - t143;
-    t145 = t118_119.first() + t144;
-    t146 = R::constant(1.0) / t145;
-    t147 = t137 * t146;
-    t148 = R::fused(t137, t147, t125);
-    // right_foot, left_foot: mass matrix
-    t149_150 = both(cos_q_base_pitch) * t18_19;
-    t151_152 = R::Two::fused(-both(sin_q_base_pitch), t24_25, t149_150);
-    // factors of the mass matrix
-    t153_154 = t151_152 * both(R::constant(161.73117044848053));
-    t155 = t26_27.second() * t153_154.second();
-    t156 = R::fused(t26_27.first(), t153_154.first(), t155);
-    // right_lower_leg, left_lower_leg: mass matrix
-    t157_158 = both(cos_q_base_pitch) * t46_47;
-    t159_160 = R::Two::fused(-both(sin_q_base_pitch), t52_53, t157_158);
-    // factors of the mass matrix
-    t161_162 = R::Two::fused(-t151_152, t58_59, t159_160);
-    t163_164 = t161_162 * t68_69;
-    t165 = R::fused(t60_61.second(), t163_164.second(), t156);
-    t166 = R::fused(t60_61.first(), t163_164.first(), t165);
-    // right_upper_leg, left_upper_leg: mass matrix
-    t167_168 = both(cos_q_base_pitch) * t80_81;
-    t169_170 = R::Two::fused(both(sin_q_base_pitch), t86_87, t167_168);
-    // factors of the mass matrix
-    t171_172 = t151_152 * t92_93;
-    t173_174 = t169_170 - t171_172;
-    t175_176 = t161_162 * t102_103;
-    t177_178 = t173_174 - t175_176;
-    t179_180 = t177_178 * t120_121;
-    t181 = R::fused(t106_107.second(), t179_180.second(), t166);
-    t182 = R::fused(t106_107.first(), t179_180.first(), t181);
-    t183 = sin_q_base_pitch * t127; // torso: sums of what it carries
-    t184 = R::fused(-cos_q_base_pitch, t130, t183); // torso: sums of what it carries
-    t185 = t184 + t171_172.second();
-    t186 = t185 + t171_172.first();
-    t187 = t186 + t175_176.second();
-    t188 = t187 + t175_176.first();
-    t189 = t177_178.second() + t188;
-    t190 = t177_178.first() + t189;
-    t191 = t190 * t146;
-    t192 = R::fused(-t137, t191, t182);
-    t193 = R::fused(-t151_152.second(), t153_154.second(), R::constant(19.0));
-    t194 = R::fused(-t151_152.first(), t153_154.first(), t193);
-    t195 = R::fused(-t161_162.second(), t163_164.second(), t194);
-    t196 = R::fused(-t161_162.first(), t163_164.first(), t195);
-    t197 = R::fused(-t177_178.second(), t179_180.second(), t196);
-    t198 = R::fused(-t177_178.first(), t179_180.first(), t197);
-    t199 = R::fused(t190, t191, t198);
-    t200 = R::constant(1.0) / t199;
-    t201 = t192 * t200;
-    t202 = R::fused(-t192, t201, t148);
-    t203 = R::constant(1.0) / t202;
-    t204_205 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
-    t206_207 = t204_205 + two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
-    // right_foot, left_foot: motion
-    t208_209 = t206_207 + two(v_right_ankle_pitch, v_left_ankle_pitch);
-    t210_211 = t208_209 * t208_209;
-    t212_213 = both(R::constant(0.0399)) * t210_211; // right_foot, left_foot: wrench that its motion needs
-    t214_215 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t212_213; // right_foot, left_foot
-    t216_217 = both(R::constant(0.0154)) * t210_211; // right_foot, left_foot: wrench that its motion needs
-    t218_219 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t216_217, t214_215);
-    t220_221 = t206_207 * t206_207; // right_lower_leg, left_lower_leg: motion
-    t222_223 = R::Two::fused(both(R::constant(0.3111)), t220_221, t218_219); // right_foot, left_foot
-    t224_225 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t222_223; // right_lower_leg, left_lower_leg
-    // right_foot, left_foot: wrench handed to its parent
-    t226_227 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t212_213;
-    t228_229 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t216_217, t226_227);
-    t230_231 = R::Two::fused(both(R::constant(0.008)), t220_221, -t228_229);
-    t232_233 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t230_231, t224_225);
-    t234_235 = t204_205 * t204_205; // right_upper_leg, left_upper_leg: motion
-    t236_237 = R::Two::fused(both(R::constant(0.8355)), t234_235, t232_233); // right_lower_leg, left_lower_leg
-    t238_239 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t236_237; // right_upper_leg, left_upper_leg
-    // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t240_241 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t222_223;
-    t242_243 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t230_231, t240_241);
-    t244_245 = R::Two::fused(both(R::constant(0.012)), t234_235, -t242_243);
-    t246_247 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t244_245, t238_239);
-    t248 = v_base_pitch * v_base_pitch; // torso: motion
-    t249 = R::fused(R::constant(2.4915000028), t248, -t246_247.second()); // left_upper_leg: wrench handed to its parent
-    t250 = t249 - t246_247.first(); // right_upper_leg: wrench handed to its parent
-    t251 = sin_q_base_pitch * t250; // torso: wrench handed to its parent
-    // right_upper_leg, left_upper_leg: wrench handed to its parent
-    t252_253 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t236_237;
-    t254_255 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t244_245, t252_253);
-    t256 = R::fused(R::constant(0.22408000024), t248, t254_255.second()); // left_upper_leg: wrench handed to its parent
-    t257 = t256 + t254_255.first(); // right_upper_leg: wrench handed to its parent
-    t258 = R::fused(-cos_q_base_pitch, t257, t251); // torso: wrench handed to its parent
-    t259 = tau_base_x + t258; // other
-    t260 = cos_q_base_pitch * R::constant(9.81); // torso: motion
-    t261_262 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(t260); // right_upper_leg, left_upper_leg: motion
-    t263 = sin_q_base_pitch * R::constant(9.81); // torso: motion
-    t264_265 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t263), t261_262);
-    // right_lower_leg, left_lower_leg: motion
-    t266_267 = R::Two::fused(t234_235, both(R::constant(0.315)), t264_265);
-    t268_269 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t266_267;
+    t14_15 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t0_1);
+    t16_17 = R::Two::fused(both(R::constant(-0.0154)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2_3);
+    // other
+    t18_19 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t4_5);
+    t20_21 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t6_7);
+    t22_23 = t8_9 + two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
     // right_upper_leg, left_upper_leg: motion
-    t270_271 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(t260);
-    t272_273 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(t263), t270_271);
-    t274_275 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t272_273, t268_269);
-    // right_foot, left_foot: motion
-    t276_277 = R::Two::fused(t220_221, both(R::constant(0.273)), t274_275);
-    t278_279 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t276_277;
-    // right_lower_leg, left_lower_leg: motion
-    t280_281 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t266_267;
-    t282_283 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t272_273, t280_281);
-    t284_285 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t282_283, t278_279);
-    t286_287 = both(R::constant(0.0399)) * t284_285; // right_foot, left_foot: wrench that its motion needs
-    // right_foot, left_foot: motion
-    t288_289 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t276_277;
-    t290_291 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t282_283, t288_289);
-    t292_293 = R::Two::fused(both(R::constant(-0.0154)), t290_291, t286_287); // right_foot, left_foot
-    t294_295 = two(tau_right_ankle_pitch, tau_left_ankle_pitch) - t292_293; // other
-    t296 = R::fused(-t294_295.second(), t28_29.second(), t259); // solved by the factors
-    t297 = R::fused(-t294_295.first(), t28_29.first(), t296); // solved by the factors
-    // right_lower_leg, left_lower_leg: wrench that its motion needs
-    t298_299 = both(R::constant(0.3111)) * t282_283;
-    t300_301 = R::Two::fused(both(R::constant(-0.008)), t274_275, t298_299);
-    // right_foot, left_foot: wrench handed to its parent
-    t302_303 = t300_301 + t292_293;
-    t304_305 = R::Two::fused(both(R::constant(-0.273)), t228_229, t302_303);
-    t306_307 = two(tau_right_knee_pitch, tau_left_knee_pitch) - t304_305; // other
-    // solved by the factors
-    t308_309 = R::Two::fused(-t294_295, t58_59, t306_307);
-    t310 = R::fused(-t70_71.second(), t308_309.second(), t297);
-    t311 = R::fused(-t70_71.first(), t308_309.first(), t310);
+    t24_25 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(t10);
+    t26_27 = t8_9 * t8_9;
+    t28_29 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(t10);
+    t30_31 = both(R::constant(0.3111)) + t14_15; // right_foot, left_foot: sums of what it carries
+    t32_33 = R::Two::fused(both(R::constant(0.273)), t14_15, both(R::constant(0.0061831))); // right_foot, left_foot
+    // right_foot, left_foot: sums of what it carries
+    t34_35 = R::Two::fused(both(R::constant(0.546)), t14_15, both(R::constant(0.0061831)));
+    t36_37 = both(R::constant(0.008)) - t16_17;
+    // right_foot, left_foot: mass matrix
+    t38_39 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t16_17;
+    t40_41 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t16_17;
+    t42_43 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t18_19; // other
+    // right_upper_leg, left_upper_leg: motion
+    t44_45 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t11), t24_25);
+    t46_47 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(t11), t28_29);
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t48_49 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t30_31;
+    t50_51 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t30_31;
+    t52_53 = both(R::constant(0.07325338333)) + t34_35; // right_foot, left_foot: sums of what it carries
+    // right_foot, left_foot: mass matrix
+    t54_55 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t14_15, t40_41);
+    t56_57 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t14_15, t38_39);
+    t58_59 = t32_33 * both(R::constant(161.73117044848053)); // factors of the mass matrix
+    t60_61 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t20_21, t42_43); // other
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t62_63 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t36_37, t48_49);
+    t64_65 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t36_37, t50_51);
+    // other
+    t66_67 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t18_19;
+    t68_69 = R::Two::fused(two(R::constant(0.315), R::constant(-0.315)), t18_19, t12_13);
+    t70_71 = R::Two::fused(t32_33, two(R::constant(-24.25967556727208), R::constant(-14.555805340363246)), t12_13);
+    t72_73 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t20_21, t66_67);
+    // right_foot, left_foot: mass matrix
+    t74_75 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t54_55;
+    t76_77 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t54_55;
+    t78_79 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t56_57, t74_75);
+    t80_81 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t56_57, t76_77);
+    t82_83 = R::Two::fused(both(R::constant(-0.315)), t56_57, t32_33);
+    t84_85 = R::Two::fused(t82_83, two(R::constant(-24.25967556727208), R::constant(-14.555805340363246)), t68_69);
+    // right_lower_leg, left_lower_leg: mass matrix
+    t86_87 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t64_65;
+    t88_89 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t62_63, t86_87);
+    t90_91 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t64_65;
+    t92_93 = both(R::constant(0.012)) - t64_65; // right_lower_leg, left_lower_leg: sums of what it carries
+    t94_95 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t62_63, t90_91);
+    // factors of the mass matrix
+    t96_97 = R::Two::fused(-t32_33, t58_59, t52_53);
+    t98_99 = both(R::constant(1.0)) / t96_97;
+    t100_101 = both(R::constant(0.8355)) + t62_63; // right_lower_leg, left_lower_leg: sums of what it carries
+    t102_103 = t82_83 * both(R::constant(161.73117044848053));
+    t104_105 = R::Two::fused(both(R::constant(0.315)), t62_63, t52_53); // right_lower_leg, left_lower_leg: mass matrix
+    t106_107 = R::Two::fused(both(R::constant(0.63)), t62_63, t52_53); // right_lower_leg, left_lower_leg
+    t108_109 = R::Two::fused(-t82_83, t58_59, t104_105);
+    t110_111 = both(R::constant(0.231642)) + t106_107; // right_lower_leg, left_lower_leg: sums of what it carries
+    // right_foot, left_foot: mass matrix
+    t112_113 = both(sin_q_base_pitch) * t78_79;
+    t114_115 = both(cos_q_base_pitch) * t78_79;
+    t116_117 = R::Two::fused(both(cos_q_base_pitch), t80_81, t112_113);
+    t118_119 = R::Two::fused(-both(sin_q_base_pitch), t80_81, t114_115);
+    // right_lower_leg, left_lower_leg: mass matrix
+    t120_121 = both(sin_q_base_pitch) * t88_89;
+    t122_123 = both(cos_q_base_pitch) * t88_89;
+    t124_125 = R::Two::fused(both(cos_q_base_pitch), t94_95, t120_121);
+    t126_127 = R::Two::fused(-both(sin_q_base_pitch), t94_95, t122_123);
+    // factors of the mass matrix
+    t128_129 = R::Two::fused(-t116_117, t58_59, t124_125);
+    t130_131 = R::Two::fused(-t118_119, t58_59, t126_127);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t132_133 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t100_101;
+    t134_135 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t100_101;
+    t136_137 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t92_93, t132_133);
+    t138_139 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t92_93, t134_135);
+    // factors of the mass matrix
+    t140_141 = t108_109 * t98_99;
+    t142_143 = t108_109 * t140_141;
+    t144_145 = R::Two::fused(-t140_141, t70_71, t84_85); // solved by the factors
+    t146_147 = t116_117 * both(R::constant(161.73117044848053));
+    t148_149 = t116_117 * t102_103;
+    t150_151 = t82_83 * t102_103;
+    t152 = R::constant(0.8044641474534446) + t110_111.second(); // left_upper_leg: sums of what it carries
+    t153 = t110_111.first() + t152; // right_upper_leg: sums of what it carries
+    t154_155 = t110_111 - t150_151;
+    t156_157 = t154_155 - t142_143;
+    t158 = t153 - t150_151.second();
+    t159 = t158 - t150_151.first();
+    t160 = t159 - t142_143.second();
+    t161 = t160 - t142_143.first();
+    t162 = t156_157.second() - t161;
+    t163 = t156_157.first() + t162;
+    t164_165 = both(R::constant(1.0)) / t156_157;
+    t166 = R::constant(1.0) / t163;
+    t167 = R::fused(-t116_117.second(), t146_147.second(), R::constant(19.0));
+    t168 = R::fused(-t116_117.first(), t146_147.first(), t167);
+    t169_170 = t128_129 * t98_99;
+    t171 = R::fused(-t128_129.second(), t169_170.second(), t168);
+    t172 = R::fused(-t128_129.first(), t169_170.first(), t171);
+    // right_upper_leg, left_upper_leg: mass matrix
+    t173_174 = both(sin_q_base_pitch) * t136_137;
+    t175_176 = R::Two::fused(-both(cos_q_base_pitch), t138_139, t173_174);
+    // factors of the mass matrix
+    t177_178 = t175_176 - t148_149;
+    t179_180 = t128_129 * t140_141;
+    t181_182 = t177_178 - t179_180;
+    t183 = R::constant(2.4915000028) - t138_139.second(); // left_upper_leg: sums of what it carries
+    t184 = t183 - t138_139.first(); // right_upper_leg: sums of what it carries
+    t185 = R::constant(0.22408000024) + t136_137.second(); // left_upper_leg: sums of what it carries
+    t186 = t185 + t136_137.first(); // right_upper_leg: sums of what it carries
+    // right_upper_leg, left_upper_leg: mass matrix
+    t187_188 = both(cos_q_base_pitch) * t136_137;
+    t189_190 = R::Two::fused(both(sin_q_base_pitch), t138_139, t187_188);
+    // factors of the mass matrix
+    t191_192 = t118_119 * both(R::constant(161.73117044848053));
+    t193_194 = t130_131 * t98_99;
+    t195_196 = t118_119 * t102_103;
+    t197_198 = t189_190 - t195_196;
+    t199_200 = t130_131 * t140_141;
+    t201_202 = t197_198 - t199_200;
+    t203_204 = t22_23 + two(v_right_ankle_pitch, v_left_ankle_pitch); // right_foot, left_foot: motion
+    t205_206 = t22_23 * t22_23; // right_lower_leg, left_lower_leg: motion
+    t207_208 = t203_204 * t203_204; // right_foot, left_foot: motion
+    // torso: sums of what it carries
+    t209 = cos_q_base_pitch * t184;
+    t210 = sin_q_base_pitch * t184;
+    t211 = R::fused(sin_q_base_pitch, t186, t209);
+    t212 = R::fused(-cos_q_base_pitch, t186, t210);
+    // factors of the mass matrix
+    t213 = t211 - t148_149.second();
+    t214 = t213 - t148_149.first();
+    t215 = t212 + t195_196.second();
+    t216 = t215 + t195_196.first();
+    t217 = t214 - t179_180.second();
+    t218 = t217 - t179_180.first();
+    t219 = t216 + t199_200.second();
+    t220 = t219 + t199_200.first();
+    t221 = t181_182.second() - t218;
+    t222 = t201_202.second() + t220;
+    t223 = t181_182.first() + t221;
+    t224 = t201_202.first() + t222;
+    t225_226 = t181_182 * t164_165;
+    t227 = R::fused(-t181_182.second(), t225_226.second(), t172);
+    t228 = R::fused(-t181_182.first(), t225_226.first(), t227);
+    t229 = t116_117.second() * t191_192.second();
+    t230 = R::fused(t116_117.first(), t191_192.first(), t229);
+    t231 = R::fused(t128_129.second(), t193_194.second(), t230);
+    t232 = R::fused(t128_129.first(), t193_194.first(), t231);
+    t233_234 = t201_202 * t164_165;
+    t235 = R::fused(t181_182.second(), t233_234.second(), t232);
+    t236 = R::fused(t181_182.first(), t233_234.first(), t235);
+    t237 = R::fused(-t118_119.second(), t191_192.second(), R::constant(19.0));
+    t238 = R::fused(-t118_119.first(), t191_192.first(), t237);
+    t239 = R::fused(-t130_131.second(), t193_194.second(), t238);
+    t240 = R::fused(-t130_131.first(), t193_194.first(), t239);
+    t241 = R::fused(-t201_202.second(), t233_234.second(), t240);
+    t242 = R::fused(-t201_202.first(), t233_234.first(), t241);
+    // right_foot, left_foot: wrench that its motion needs
+    t243_244 = both(R::constant(0.0399)) * t207_208;
+    t245_246 = both(R::constant(0.0154)) * t207_208;
+    t247 = v_base_pitch * v_base_pitch; // torso: motion
+    t248_249 = R::Two::fused(t26_27, both(R::constant(0.315)), t44_45); // right_lower_leg, left_lower_leg: motion
     // right_upper_leg, left_upper_leg: wrench that its motion needs
-    t312_313 = both(R::constant(0.8355)) * t272_273;
-    t314_315 = R::Two::fused(both(R::constant(-0.012)), t264_265, t312_313);
+    t250_251 = both(R::constant(0.8355)) * t46_47;
+    t252_253 = R::Two::fused(both(R::constant(-0.012)), t44_45, t250_251);
+    t254 = sin_q_base_pitch * R::constant(24.441615027468); // torso: wrench that its motion needs
+    t255 = R::fused(-cos_q_base_pitch, R::constant(2.1982248023544), t254); // torso: wrench that its motion needs
+    // right_foot, left_foot: wrench handed to its parent
+    t256_257 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t243_244;
+    t258_259 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t243_244;
+    t260_261 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t245_246, t256_257);
+    t262_263 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t245_246, t258_259);
+    t264_265 = R::Two::fused(both(R::constant(0.3111)), t205_206, t260_261);
+    // right_lower_leg, left_lower_leg: motion
+    t266_267 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t248_249;
+    t268_269 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t248_249;
+    t270_271 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t46_47, t266_267);
+    t272_273 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t46_47, t268_269);
+    // other
+    t274_275 = both(cos_q_base_pitch) * t60_61;
+    t276_277 = both(sin_q_base_pitch) * t60_61;
+    t278_279 = R::Two::fused(-both(sin_q_base_pitch), t72_73, t274_275);
+    t280_281 = R::Two::fused(both(cos_q_base_pitch), t72_73, t276_277);
+    t282_283 = t164_165 * t144_145;
+    t284_285 = t98_99 * t70_71;
+    t286_287 = R::Two::fused(both(R::constant(0.273)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.092)));
+    t288_289 = R::Two::fused(t32_33, both(R::constant(-14.879267681260208)), t286_287); // solved by the factors
+    t290_291 = R::Two::fused(both(R::constant(-0.315)), t20_21, t286_287);
+    // solved by the factors
+    t292_293 = R::Two::fused(t82_83, both(R::constant(-14.879267681260208)), t290_291);
+    t294_295 = R::Two::fused(-t140_141, t288_289, t292_293);
+    t296_297 = R::Two::fused(both(R::constant(0.008)), t205_206, -t262_263); // right_foot, left_foot
+    t298_299 = R::Two::fused(t205_206, both(R::constant(0.273)), t270_271); // right_foot, left_foot: motion
+    // right_lower_leg, left_lower_leg: wrench that its motion needs
+    t300_301 = both(R::constant(0.3111)) * t272_273;
+    t302_303 = R::Two::fused(both(R::constant(-0.008)), t270_271, t300_301);
+    // factors of the mass matrix
+    t304 = t223 * t166;
+    t305 = R::fused(t223, t304, t228);
+    t306 = t224 * t166;
+    t307 = R::fused(-t223, t306, t236);
+    t308 = R::fused(t224, t306, t242);
+    t309 = R::constant(1.0) / t308;
     // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t316_317 = t314_315 + t304_305;
-    t318_319 = R::Two::fused(both(R::constant(-0.315)), t242_243, t316_317);
-    t320_321 = two(tau_right_hip_pitch, tau_left_hip_pitch) - t318_319; // other
+    t310_311 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t264_265;
+    t312_313 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t264_265;
+    t314_315 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t296_297, t310_311);
+    t316_317 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t296_297, t312_313);
+    t318_319 = R::Two::fused(both(R::constant(0.8355)), t26_27, t314_315);
+    t320_321 = R::Two::fused(both(R::constant(0.012)), t26_27, -t316_317);
+    // right_foot, left_foot: motion
+    t322_323 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t298_299;
+    t324_325 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t298_299;
+    t326_327 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t272_273, t322_323);
+    t328_329 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t272_273, t324_325);
     // solved by the factors
-    t322_323 = t294_295 * t92_93;
-    t324_325 = t320_321 - t322_323;
-    t326_327 = t102_103 * t308_309;
-    t328_329 = t324_325 - t326_327;
-    t330 = R::fused(-t122_123.second(), t328_329.second(), t311);
-    t331 = R::fused(-t122_123.first(), t328_329.first(), t330);
-    t332 = sin_q_base_pitch * R::constant(24.441615027468); // torso: wrench that its motion needs
-    t333 = R::fused(-cos_q_base_pitch, R::constant(2.1982248023544), t332); // torso: wrench that its motion needs
-    t334 = t333 - t318_319.second(); // left_upper_leg: wrench handed to its parent
-    t335 = t318_319.first() - t334; // right_upper_leg: wrench handed to its parent
-    t336 = tau_base_pitch - t335; // other
-    t337 = t336 - t322_323.second();
-    t338 = t337 - t322_323.first();
-    t339 = t338 - t326_327.second();
-    t340 = t339 - t326_327.first();
-    t341 = t328_329.second() - t340;
-    t342 = t328_329.first() + t341;
-    t343 = R::fused(t147, t342, t331);
-    t344 = cos_q_base_pitch * t250; // torso: wrench handed to its parent
-    t345 = R::fused(sin_q_base_pitch, t257, t344); // torso: wrench handed to its parent
-    t346 = R::constant(186.39) - t345; // torso: wrench handed to its parent
-    t347 = tau_base_z - t346; // other
-    t348 = R::fused(-t294_295.second(), t153_154.second(), t347);
-    t349 = R::fused(-t294_295.first(), t153_154.first(), t348);
-    t350 = R::fused(-t163_164.second(), t308_309.second(), t349);
-    t351 = R::fused(-t163_164.first(), t308_309.first(), t350);
-    t352 = R::fused(-t179_180.second(), t328_329.second(), t351);
-    t353 = R::fused(-t179_180.first(), t328_329.first(), t352);
-    t354 = R::fused(t191, t342, t353);
-    t355 = R::fused(t201, t354, t343);
+    t330_331 = R::Two::fused(t116_117, two(R::constant(24.25967556727208), R::constant(-14.555805340363246)), t278_279);
+    t332_333 = R::Two::fused(t116_117, both(R::constant(-14.879267681260208)), t280_281);
+    t334_335 = R::Two::fused(t169_170 * two(R::constant(1.0), R::constant(-1.0)), t70_71, t330_331);
+    t336_337 = R::Two::fused(-t169_170, t288_289, t332_333);
+    t338_339 = R::Two::fused(t225_226 * two(R::constant(1.0), R::constant(-1.0)), t144_145, t334_335);
+    t340_341 = R::Two::fused(-t225_226, t294_295, t336_337);
+    t342_343 = R::Two::fused(t118_119, two(R::constant(-24.25967556727208), R::constant(14.555805340363246)), t280_281);
+    t344_345 = R::Two::fused(t118_119, both(R::constant(-14.879267681260208)), t278_279);
+    t346_347 = R::Two::fused(t193_194 * two(R::constant(-1.0), R::constant(1.0)), t70_71, t342_343);
+    t348_349 = R::Two::fused(-t193_194, t288_289, t344_345);
+    t350_351 = R::Two::fused(t233_234 * two(R::constant(-1.0), R::constant(1.0)), t144_145, t346_347);
+    t352_353 = R::Two::fused(-t233_234, t294_295, t348_349);
+    t354 = t307 * t309; // factors of the mass matrix
+    t355 = R::fused(-t307, t354, t305); // factors of the mass matrix
+    t356 = R::constant(1.0) / t355; // factors of the mass matrix
+    t357_358 = R::Two::fused(-both(t354), t350_351, t338_339);
+    t359_360 = R::Two::fused(both(t354), t352_353, t340_341);
+    // right_upper_leg, left_upper_leg: wrench handed to its parent
+    t361_362 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t318_319;
+    t363_364 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t318_319;
+    t365_366 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t320_321, t361_362);
+    t367_368 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t320_321, t363_364);
+    t369_370 = both(R::constant(0.0399)) * t326_327; // right_foot, left_foot: wrench that its motion needs
     // other
-    t356 = t203 * t355;
-    t357_358 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t359_360 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t357_358);
-    t361_362 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t359_360;
-    t363_364 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t365_366 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t363_364);
-    t367_368 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t365_366, t361_362);
-    t369_370 = both(cos_q_base_pitch) * t367_368;
-    t371_372 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t359_360;
-    t373_374 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t365_366, t371_372);
-    t375_376 = R::Two::fused(-both(sin_q_base_pitch), t373_374, t369_370);
-    t377_378 = R::Two::fused(t26_27, two(R::constant(24.25967556727208), R::constant(-14.555805340363246)), t375_376);
-    t379_380 = R::Two::fused(two(R::constant(0.273), R::constant(-0.273)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.15), R::constant(0.09)));
+    t371_372 = R::Two::fused(t207_208, two(R::constant(0.15), R::constant(-0.09)), t326_327);
+    t373_374 = R::Two::fused(t207_208, both(R::constant(0.092)), t328_329);
+    t375_376 = R::Two::fused(both(R::constant(-0.0154)), t328_329, t369_370); // right_foot, left_foot
+    t377_378 = R::Two::fused(both(R::constant(9.81)), t280_281, t373_374);
+    t379_380 = R::Two::fused(both(R::constant(9.81)), t278_279, -t371_372);
+    // right_foot, left_foot: wrench handed to its parent
+    t381_382 = t302_303 + t375_376;
+    t383_384 = R::Two::fused(both(R::constant(-0.273)), t262_263, t381_382);
+    t385_386 = two(tau_right_ankle_pitch, tau_left_ankle_pitch) - t375_376; // other
+    // right_lower_leg, left_lower_leg: wrench handed to its parent
+    t387_388 = t252_253 + t383_384;
+    t389_390 = R::Two::fused(both(R::constant(-0.315)), t316_317, t387_388);
+    t391_392 = two(tau_right_knee_pitch, tau_left_knee_pitch) - t383_384; // other
+    t393_394 = R::Two::fused(-t385_386, t58_59, t391_392); // solved by the factors
+    t395 = t255 - t389_390.second(); // left_upper_leg: wrench handed to its parent
+    t396 = t389_390.first() - t395; // right_upper_leg: wrench handed to its parent
+    t397_398 = two(tau_right_hip_pitch, tau_left_hip_pitch) - t389_390; // other
+    t399 = tau_base_pitch - t396; // other
+    t400 = R::fused(R::constant(2.4915000028), t247, -t365_366.second()); // left_upper_leg: wrench handed to its parent
+    t401 = t400 - t365_366.first(); // right_upper_leg: wrench handed to its parent
+    t402 = R::fused(R::constant(0.22408000024), t247, t367_368.second()); // left_upper_leg: wrench handed to its parent
+    t403 = t402 + t367_368.first(); // right_upper_leg: wrench handed to its parent
+    // other
+    t404_405 = both(t356) * t357_358;
+    t406_407 = both(t309) * t350_351;
     // solved by the factors
-    t381_382 = R::Two::fused(t56_57, two(R::constant(-24.25967556727208), R::constant(-14.555805340363246)), t379_380);
-    t383_384 = R::Two::fused(t70_71 * two(R::constant(1.0), R::constant(-1.0)), t381_382, t377_378);
-    t385_386 = R::Two::fused(two(R::constant(0.315), R::constant(-0.315)), t359_360, t379_380); // other
-    t387_388 = R::Two::fused(t90_91, two(R::constant(-24.25967556727208), R::constant(-14.555805340363246)), t385_386);
-    t389_390 = R::Two::fused(-t102_103, t381_382, t387_388);
-    t391_392 = R::Two::fused(t122_123 * two(R::constant(1.0), R::constant(-1.0)), t389_390, t383_384);
+    t408_409 = t385_386 * t102_103;
+    t410_411 = t397_398 - t408_409;
+    t412 = t399 - t408_409.second();
+    t413 = t412 - t408_409.first();
     // other
-    t393_394 = both(sin_q_base_pitch) * t367_368;
-    t395_396 = R::Two::fused(both(cos_q_base_pitch), t373_374, t393_394);
-    // solved by the factors
-    t397_398 = R::Two::fused(t151_152, two(R::constant(-24.25967556727208), R::constant(14.555805340363246)), t395_396);
-    t399_400 = R::Two::fused(t163_164 * two(R::constant(-1.0), R::constant(1.0)), t381_382, t397_398);
-    t401_402 = R::Two::fused(t179_180 * two(R::constant(-1.0), R::constant(1.0)), t389_390, t399_400);
-    t403_404 = R::Two::fused(-both(t201), t401_402, t391_392);
-    // other
-    t405_406 = both(t203) * t403_404;
-    t407_408 = R::Two::fused(t210_211, both(R::constant(0.092)), t290_291);
-    t409_410 = R::Two::fused(both(R::constant(9.81)), t395_396, t407_408);
-    t411_412 = t405_406 * both(t355);
-    t413_414 = both(t200) * t401_402;
+    t414_415 = both(t356) * t359_360;
+    t416_417 = both(t309) * t352_353;
+    t418_419 = t357_358 * t404_405;
+    t420_421 = R::Two::fused(t350_351, t406_407, t418_419);
+    t422_423 = R::Two::fused(t144_145, t282_283, t420_421);
+    t424_425 = R::Two::fused(t70_71, t284_285, t422_423);
+    t426_427 = t424_425 + two(R::constant(3.6389513350908116), R::constant(1.310022480632692));
+    // torso: wrench handed to its parent
+    t428 = sin_q_base_pitch * t401;
+    t429 = cos_q_base_pitch * t401;
+    t430 = R::fused(-cos_q_base_pitch, t403, t428);
+    t431 = R::fused(sin_q_base_pitch, t403, t429);
+    t432 = tau_base_x + t430; // other
+    t433 = R::constant(186.39) - t431;
+    t434 = R::fused(-t385_386.second(), t146_147.second(), t432); // solved by the factors
     let (
-        t415_416, t417_418, t419_420, t421_422, t423_424, t425_426, t427_428, t429_430, t431_432, t433_434, t435_436,
-        t437_438, t439, t440, t441_442, t443_444, t445_446, t447_448, t449_450, t451_452, t453_454, t455_456, t457_458,
-        t459_460, t461_462, t463_464, t465_466, t467_468, t469_470, t471_472, t473_474, t475, t476_477, t478_479,
-        t480_481, t482_483, t484_485, t486_487, t488_489, t490_491, t492_493, t494_495, t496_497, t498_499, t500,
-        t501_502, t503_504, t505_506, t507_508, t509_510, t511, t512, t513, t514, t515, t516, t517, t518, t519, t520,
-        t521, t522, t523, t524, t525, t526, t527, t528, t529, t530, t531, t532, t533, t534, t535, t536, t537, t538,
-        t539, t540, t541, t542, t543, t544, t545, t546, t547, t548, t549, t550, t551, t552, t553, t554, t555, t556,
-        t557, t558, t559, t560, t561, t562, t563, t564_565, t566, t567, t568, t569, t570, t571_572, t573, t574, t575,
-        t576, t577, t578, t579_580, t581, t582, t583, t584, t585, t586, t587, t588, t589, t590, t591, t592, t593, t594,
-        t595, t596, t597, t598, t599, t600, t601, t602, t603, t604, t605, t606, t607, t608, t609, t610, t611, t612,
-        t613,
+        t435, t436, t437, t438, t439, t440, t441, t442, t443_444, t445_446, t447, t448, t449, t450, t451, t452, t453,
+        t454, t455, t456, t457, t458, t459, t460, t461_462, t463_464, t465_466, t467_468, t469_470, t471, t472_473,
+        t474_475, t476_477, t478_479, t480_481, t482_483, t484_485, t486_487, t488_489, t490, t491, t492, t493, t494,
+        t495, t496, t497, t498_499, t500, t501, t502, t503, t504, t505, t506, t507, t508, t509, t510, t511, t512, t513,
+        t514, t515, t516_517, t518_519, t520_521, t522_523, t524_525, t526_527, t528_529, t530_531, t532_533, t534_535,
+        t536_537, t538_539, t540, t541, t542, t543, t544, t545, t546, t547, t548, t549, t550, t551, t552, t553, t554,
+        t555, t556, t557, t558, t559, t560, t561, t562, t563, t564, t565, t566, t567, t568, t569, t570, t571, t572,
+        t573, t574, t575, t576, t577, t578, t579, t580, t581, t582, t583, t584, t585, t586, t587, t588, t589, t590,
+        t591, t592, t593, t594, t595, t596, t597, t598, t599, t600, t601, t602, t603, t604, t605, t606, t607, t608,
+        t609, t610, t611, t612, t613,
     );
-    t415_416 = R::Two::fused(-t413_414, both(t354), t411_412);
-    t417_418 = t120_121 * t389_390;
-    t419_420 = R::Two::fused(t417_418 * two(R::constant(-1.0), R::constant(1.0)), t328_329, t415_416);
-    t421_422 = t68_69 * t381_382;
-    t423_424 = R::Two::fused(t421_422 * two(R::constant(-1.0), R::constant(1.0)), t308_309, t419_420);
-    t425_426 = R::Two::fused(t294_295, two(R::constant(-24.25967556727208), R::constant(14.555805340363246)), t423_424);
-    t427_428 = t409_410 + t425_426;
-    t429_430 = t403_404 * t405_406;
-    t431_432 = R::Two::fused(t401_402, t413_414, t429_430);
-    t433_434 = R::Two::fused(t389_390, t417_418, t431_432);
-    t435_436 = R::Two::fused(t381_382, t421_422, t433_434);
-    t437_438 = t435_436 + two(R::constant(3.6389513350908116), R::constant(1.310022480632692));
-    t439 = R::constant(1.0) / t437_438.first();
-    t440 = t427_428.first() * t439;
-    t441_442 = R::Two::fused(t26_27, both(R::constant(-14.879267681260208)), t395_396); // solved by the factors
-    t443_444 = R::Two::fused(both(R::constant(0.273)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.092)));
+    t435 = tau_base_z - t433; // other
     // solved by the factors
-    t445_446 = R::Two::fused(t56_57, both(R::constant(-14.879267681260208)), t443_444);
-    t447_448 = R::Two::fused(-t70_71, t445_446, t441_442);
-    t449_450 = R::Two::fused(both(R::constant(-0.315)), t365_366, t443_444); // other
-    t451_452 = R::Two::fused(t90_91, both(R::constant(-14.879267681260208)), t449_450);
-    t453_454 = R::Two::fused(-t102_103, t445_446, t451_452);
-    t455_456 = R::Two::fused(-t122_123, t453_454, t447_448);
-    t457_458 = R::Two::fused(t151_152, both(R::constant(-14.879267681260208)), t375_376);
-    t459_460 = R::Two::fused(-t163_164, t445_446, t457_458);
-    t461_462 = R::Two::fused(-t179_180, t453_454, t459_460);
-    t463_464 = R::Two::fused(both(t201), t461_462, t455_456);
+    t436 = R::fused(-t385_386.first(), t146_147.first(), t434);
+    t437 = R::fused(-t385_386.second(), t191_192.second(), t435);
+    t438 = R::fused(-t169_170.second(), t393_394.second(), t436);
+    t439 = R::fused(-t385_386.first(), t191_192.first(), t437);
+    t440 = R::fused(-t169_170.first(), t393_394.first(), t438);
+    t441 = R::fused(-t193_194.second(), t393_394.second(), t439);
+    t442 = R::fused(-t193_194.first(), t393_394.first(), t441);
+    t443_444 = t140_141 * t393_394;
+    t445_446 = t410_411 - t443_444;
+    t447 = t413 - t443_444.second();
+    t448 = t447 - t443_444.first();
+    t449 = R::fused(-t225_226.second(), t445_446.second(), t440);
+    t450 = R::fused(-t225_226.first(), t445_446.first(), t449);
+    t451 = R::fused(-t233_234.second(), t445_446.second(), t442);
+    t452 = t445_446.second() - t448;
+    t453 = R::fused(-t233_234.first(), t445_446.first(), t451);
+    t454 = t445_446.first() + t452;
+    t455 = R::fused(t304, t454, t450);
+    t456 = R::fused(t306, t454, t453);
+    t457 = t166 * t454; // other
+    t458 = R::fused(t354, t456, t455);
     // other
-    t465_466 = t463_464 * t405_406;
-    t467_468 = R::Two::fused(-t461_462, t413_414, t465_466);
-    t469_470 = R::Two::fused(t453_454 * two(R::constant(-1.0), R::constant(1.0)), t417_418, t467_468);
-    t471_472 = R::Two::fused(t445_446 * two(R::constant(-1.0), R::constant(1.0)), t421_422, t469_470);
-    t473_474 = R::Two::fused(two(R::constant(2.231890152189031), R::constant(1.3391340913134187)), two(R::constant(-1.0), R::constant(1.0)), t471_472);
-    t475 = t473_474.first() * t439;
-    t476_477 = R::Two::fused(t210_211, two(R::constant(0.15), R::constant(-0.09)), t284_285);
-    t478_479 = R::Two::fused(both(R::constant(9.81)), t375_376, -t476_477);
-    t480_481 = both(t203) * t463_464;
-    t482_483 = t480_481 * both(t355);
-    t484_485 = both(t200) * t461_462;
-    t486_487 = R::Two::fused(t484_485, both(t354), t482_483);
-    t488_489 = t120_121 * t453_454;
-    t490_491 = R::Two::fused(t488_489, t328_329, t486_487);
-    t492_493 = t68_69 * t445_446;
-    t494_495 = R::Two::fused(t492_493, t308_309, t490_491);
-    t496_497 = R::Two::fused(t294_295, both(R::constant(14.879267681260208)), t494_495);
-    t498_499 = t478_479 - t496_497;
-    t500 = R::fused(t427_428.first(), t475, t498_499.first());
-    t501_502 = t463_464 * t480_481;
-    t503_504 = R::Two::fused(t461_462, t484_485, t501_502);
-    t505_506 = R::Two::fused(t453_454, t488_489, t503_504);
-    t507_508 = R::Two::fused(t445_446, t492_493, t505_506);
-    t509_510 = t507_508 + both(R::constant(1.3688926266759391));
-    t511 = R::fused(-t473_474.first(), t475, t509_510.first());
+    t459 = t309 * t456;
+    t460 = t356 * t458;
+    t461_462 = t359_360 * t404_405;
+    t463_464 = R::Two::fused(-t352_353, t406_407, t461_462);
+    t465_466 = R::Two::fused(t294_295 * two(R::constant(-1.0), R::constant(1.0)), t282_283, t463_464);
+    t467_468 = R::Two::fused(t288_289 * two(R::constant(-1.0), R::constant(1.0)), t284_285, t465_466);
+    t469_470 = R::Two::fused(two(R::constant(2.231890152189031), R::constant(1.3391340913134187)), two(R::constant(-1.0), R::constant(1.0)), t467_468);
+    t471 = R::constant(1.0) / t426_427.first();
+    t472_473 = t164_165 * t294_295;
+    t474_475 = t164_165 * t445_446;
+    t476_477 = t98_99 * t288_289;
+    t478_479 = t98_99 * t393_394;
+    t480_481 = t359_360 * t414_415;
+    t482_483 = R::Two::fused(t352_353, t416_417, t480_481);
+    t484_485 = R::Two::fused(t294_295, t472_473, t482_483);
+    t486_487 = R::Two::fused(t288_289, t476_477, t484_485);
+    t488_489 = t486_487 + both(R::constant(1.3688926266759391));
+    t490 = t357_358.second() * t414_415.first();
+    t491 = t357_358.second() * t404_405.first();
+    t492 = R::fused(-t350_351.second(), t416_417.first(), t490);
+    t493 = R::fused(t350_351.second(), t406_407.first(), t491);
+    t494 = t359_360.second() * t404_405.first();
+    t495 = t359_360.second() * t414_415.first();
+    t496 = R::fused(-t352_353.second(), t406_407.first(), t494);
+    t497 = R::fused(t352_353.second(), t416_417.first(), t495);
+    t498_499 = t385_386 * both(R::constant(161.73117044848053));
+    t500 = t493 * t471;
+    t501 = R::fused(-t469_470.first(), t500, t492);
+    t502 = R::fused(-t493, t500, t426_427.second());
+    t503 = t496 * t471;
+    t504 = R::fused(-t493, t503, t469_470.second());
+    t505 = R::fused(-t469_470.first(), t503, t497);
+    t506 = R::fused(-t496, t503, t488_489.second());
+    t507 = t469_470.first() * t471;
+    t508 = R::fused(-t469_470.first(), t507, t488_489.first());
+    t509 = R::constant(1.0) / t508;
+    t510 = t501 * t509;
+    t511 = R::fused(-t501, t510, t502);
     t512 = R::constant(1.0) / t511;
-    t513 = t500 * t512;
-    t514 = t403_404.second() * t480_481.first();
-    t515 = R::fused(-t401_402.second(), t484_485.first(), t514);
-    t516 = t403_404.second() * t405_406.first();
-    t517 = R::fused(t401_402.second(), t413_414.first(), t516);
-    t518 = t517 * t439;
-    t519 = R::fused(-t473_474.first(), t518, t515);
-    t520 = t519 * t512;
-    t521 = R::fused(-t427_428.first(), t518, t427_428.second());
-    t522 = R::fused(t500, t520, t521);
-    t523 = R::fused(-t517, t518, t437_438.second());
-    t524 = R::fused(-t519, t520, t523);
-    t525 = R::constant(1.0) / t524;
-    t526 = t522 * t525;
-    t527 = t463_464.second() * t405_406.first();
-    t528 = R::fused(-t461_462.second(), t413_414.first(), t527);
-    t529 = t528 * t439;
-    t530 = R::fused(-t517, t529, t473_474.second());
-    t531 = t463_464.second() * t480_481.first();
-    t532 = R::fused(t461_462.second(), t484_485.first(), t531);
-    t533 = R::fused(-t473_474.first(), t529, t532);
-    t534 = t533 * t512;
-    t535 = R::fused(-t519, t534, t530);
-    t536 = t535 * t525;
-    t537 = R::fused(t427_428.first(), t529, t498_499.second());
-    t538 = R::fused(-t500, t534, t537);
-    t539 = R::fused(t522, t536, t538);
-    t540 = R::fused(-t528, t529, t509_510.second());
-    t541 = R::fused(-t533, t534, t540);
-    t542 = R::fused(-t535, t536, t541);
+    t513 = t505 * t509;
+    t514 = R::fused(-t501, t513, t504);
+    t515 = R::fused(-t505, t513, t506);
+    t516_517 = t404_405 * both(t458);
+    t518_519 = t414_415 * both(t458);
+    t520_521 = R::Two::fused(-t406_407, both(t456), t516_517);
+    t522_523 = R::Two::fused(t416_417, both(t456), t518_519);
+    t524_525 = R::Two::fused(t282_283 * two(R::constant(-1.0), R::constant(1.0)), t445_446, t520_521);
+    t526_527 = R::Two::fused(t472_473, t445_446, t522_523);
+    t528_529 = R::Two::fused(t284_285 * two(R::constant(-1.0), R::constant(1.0)), t393_394, t524_525);
+    t530_531 = R::Two::fused(t476_477, t393_394, t526_527);
+    t532_533 = R::Two::fused(t385_386, two(R::constant(-24.25967556727208), R::constant(14.555805340363246)), t528_529);
+    t534_535 = R::Two::fused(t385_386, both(R::constant(14.879267681260208)), t530_531);
+    t536_537 = t377_378 + t532_533;
+    t538_539 = t379_380 - t534_535;
+    t540 = t536_537.first() * t471;
+    t541 = t514 * t512;
+    t542 = R::fused(-t514, t541, t515);
     t543 = R::constant(1.0) / t542;
-    t544 = t539 * t543;
-    t545 = R::fused(t536, t544, t526);
-    t546 = R::fused(t520, t545, t513);
-    t547 = R::fused(-t534, t544, t546);
-    t548 = R::fused(t475, t547, t440);
-    t549 = R::fused(-t518, t545, t548);
-    t550 = R::fused(t529, t544, t549);
-    t551 = R::fused(-t405_406.first(), t550, t356);
-    t552 = R::fused(t480_481.first(), t547, t551);
-    t553 = R::fused(-t405_406.second(), t545, t552);
-    t554 = R::fused(t480_481.second(), t544, t553);
-    t555 = t200 * t354;
-    t556 = R::fused(t413_414.first(), t550, t555);
-    t557 = R::fused(t484_485.first(), t547, t556);
-    t558 = R::fused(t413_414.second(), t545, t557);
-    t559 = R::fused(t484_485.second(), t544, t558);
-    t560 = R::fused(t201, t554, t559); // solved by the factors
-    t561 = t146 * t342;
-    t562 = R::fused(-t147, t554, t561); // solved by the factors
-    t563 = R::fused(-t191, t560, t562); // solved by the factors
-    t564_565 = t120_121 * t328_329;
-    t566 = R::fused(t417_418.first(), t550, t564_565.first());
-    t567 = R::fused(t488_489.first(), t547, t566);
-    t568 = R::fused(-t122_123.first(), t554, t567); // solved by the factors
-    t569 = R::fused(-t179_180.first(), t560, t568); // solved by the factors
-    t570 = t569 - t563; // solved by the factors
-    t571_572 = t68_69 * t308_309;
-    t573 = R::fused(t421_422.first(), t550, t571_572.first());
-    t574 = R::fused(t492_493.first(), t547, t573);
+    t544 = R::fused(t536_537.first(), t507, t538_539.first());
+    t545 = R::fused(t536_537.first(), t503, t538_539.second());
+    t546 = R::fused(-t536_537.first(), t500, t536_537.second());
+    t547 = t544 * t509;
+    t548 = R::fused(t544, t510, t546);
+    t549 = R::fused(-t544, t513, t545);
+    t550 = t548 * t512;
+    t551 = R::fused(t548, t541, t549);
+    t552 = t551 * t543;
+    t553 = R::fused(t541, t552, t550);
+    t554 = R::fused(t510, t553, t547);
+    t555 = R::fused(-t513, t552, t554);
+    t556 = R::fused(t507, t555, t540);
+    t557 = R::fused(-t500, t553, t556);
+    t558 = R::fused(t503, t552, t557);
+    t559 = R::fused(-t404_405.first(), t558, t460);
+    t560 = R::fused(t406_407.first(), t558, t459);
+    t561 = R::fused(t414_415.first(), t555, t559);
+    t562 = R::fused(-t404_405.second(), t553, t561);
+    t563 = R::fused(t414_415.second(), t552, t562);
+    t564 = R::fused(-t304, t563, t457); // solved by the factors
+    t565 = R::fused(t416_417.first(), t555, t560);
+    t566 = R::fused(t406_407.second(), t553, t565);
+    t567 = R::fused(t416_417.second(), t552, t566);
+    t568 = R::fused(t354, t563, t567); // solved by the factors
+    t569 = R::fused(-t306, t568, t564); // solved by the factors
+    t570 = R::fused(-t282_283.second(), t553, t474_475.second());
+    t571 = R::fused(t282_283.first(), t558, t474_475.first());
+    t572 = R::fused(t472_473.second(), t552, t570);
+    t573 = R::fused(t472_473.first(), t555, t571);
     // solved by the factors
-    t575 = R::fused(-t70_71.first(), t554, t574);
-    t576 = R::fused(-t163_164.first(), t560, t575);
-    t577 = R::fused(-t102_103.first(), t563, t576);
-    t578 = R::fused(-t102_103.first(), t570, t577);
+    t574 = R::fused(-t225_226.first(), t563, t573);
+    t575 = R::fused(-t225_226.second(), t563, t572);
+    t576 = R::fused(-t233_234.first(), t568, t574);
+    t577 = R::fused(-t233_234.second(), t568, t575);
+    t578 = t576 - t569;
+    t579 = t577 - t569;
     // other
-    t579_580 = t294_295 * both(R::constant(161.73117044848053));
-    t581 = R::fused(R::constant(24.25967556727208), t550, t579_580.first());
-    t582 = R::fused(R::constant(14.879267681260208), t547, t581);
+    t580 = R::fused(-t284_285.second(), t553, t478_479.second());
+    t581 = R::fused(t284_285.first(), t558, t478_479.first());
+    t582 = R::fused(t476_477.second(), t552, t580);
+    t583 = R::fused(t476_477.first(), t555, t581);
     // solved by the factors
-    t583 = R::fused(-t28_29.first(), t554, t582);
-    t584 = R::fused(-t153_154.first(), t560, t583);
-    t585 = R::fused(-t92_93.first(), t563, t584);
-    t586 = R::fused(-t92_93.first(), t570, t585);
-    t587 = R::fused(-t58_59.first(), t578, t586);
-    t588 = R::fused(-t417_418.second(), t545, t564_565.second()); // other
-    t589 = R::fused(t488_489.second(), t544, t588); // other
-    t590 = R::fused(-t122_123.second(), t554, t589);
-    t591 = R::fused(-t179_180.second(), t560, t590);
-    t592 = t591 - t563;
-    t593 = R::fused(-t421_422.second(), t545, t571_572.second()); // other
-    t594 = R::fused(t492_493.second(), t544, t593); // other
-    t595 = R::fused(-t70_71.second(), t554, t594);
-    t596 = R::fused(-t163_164.second(), t560, t595);
-    t597 = R::fused(-t102_103.second(), t563, t596);
-    t598 = R::fused(-t102_103.second(), t592, t597);
-    t599 = R::fused(R::constant(-14.555805340363246), t545, t579_580.second()); // other
-    t600 = R::fused(R::constant(14.879267681260208), t544, t599); // other
-    t601 = R::fused(-t28_29.second(), t554, t600);
-    t602 = R::fused(-t153_154.second(), t560, t601);
-    t603 = R::fused(-t92_93.second(), t563, t602);
-    t604 = R::fused(-t92_93.second(), t592, t603);
-    t605 = R::fused(-t58_59.second(), t598, t604);
+    t584 = R::fused(-t169_170.first(), t563, t583);
+    t585 = R::fused(-t169_170.second(), t563, t582);
+    t586 = R::fused(-t193_194.first(), t568, t584);
+    t587 = R::fused(-t193_194.second(), t568, t585);
+    t588 = R::fused(-t140_141.first(), t569, t586);
+    t589 = R::fused(-t140_141.second(), t569, t587);
+    t590 = R::fused(-t140_141.first(), t578, t588);
+    t591 = R::fused(-t140_141.second(), t579, t589);
     // other
-    t606 = t375_376.first() * t550;
-    t607 = R::fused(t395_396.first(), t547, -t606);
-    t608 = t395_396.first() * t550;
-    t609 = R::fused(t375_376.first(), t547, t608);
-    t610 = t375_376.second() * t545;
-    t611 = R::fused(t395_396.second(), t544, -t610);
-    t612 = t395_396.second() * t545;
-    t613 = R::fused(t375_376.second(), t544, t612);
-    *out = [[t554, t560, t563, t570, t578, t587, t592, t598, t605, t607, t609, t611, t613]];
+    t592 = R::fused(R::constant(-14.555805340363246), t553, t498_499.second());
+    t593 = R::fused(R::constant(14.879267681260208), t552, t592);
+    t594 = R::fused(R::constant(24.25967556727208), t558, t498_499.first());
+    t595 = R::fused(R::constant(14.879267681260208), t555, t594);
+    // solved by the factors
+    t596 = R::fused(-t146_147.first(), t563, t595);
+    t597 = R::fused(-t146_147.second(), t563, t593);
+    t598 = R::fused(-t191_192.first(), t568, t596);
+    t599 = R::fused(-t191_192.second(), t568, t597);
+    // other
+    t600 = t278_279.second() * t553;
+    t601 = t280_281.second() * t553;
+    t602 = R::fused(t280_281.second(), t552, -t600);
+    t603 = R::fused(t278_279.second(), t552, t601);
+    t604 = t278_279.first() * t558;
+    t605 = t280_281.first() * t558;
+    t606 = R::fused(t280_281.first(), t555, -t604);
+    t607 = R::fused(t278_279.first(), t555, t605);
+    // solved by the factors
+    t608 = R::fused(-t102_103.first(), t569, t598);
+    t609 = R::fused(-t102_103.second(), t569, t599);
+    t610 = R::fused(-t102_103.first(), t578, t608);
+    t611 = R::fused(-t102_103.second(), t579, t609);
+    t612 = R::fused(-t58_59.first(), t590, t610);
+    t613 = R::fused(-t58_59.second(), t591, t611);
+    *out = [[t563, t568, t569, t578, t590, t612, t579, t591, t613, t606, t607, t602, t603]];
 }
 }
 
@@ -1340,557 +1350,572 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
         q_left_ankle_pitch, q_base_pitch,
     ]);
     let (
-        t0_1, t2_3, t4_5, t6_7, t8_9, t10_11, t12_13, t14_15, t16_17, t18_19, t20_21, t22_23, t24_25, t26_27, t28_29,
-        t30, t31, t32_33, t34_35, t36_37, t38_39, t40_41, t42_43, t44_45, t46_47, t48_49, t50_51, t52_53, t54_55,
-        t56_57, t58_59, t60_61, t62_63, t64_65, t66_67, t68_69, t70_71, t72, t73, t74_75, t76_77, t78_79, t80_81,
-        t82_83, t84_85, t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105, t106_107,
-        t108_109, t110_111, t112_113, t114_115, t116_117, t118_119, t120_121, t122_123, t124, t125, t126, t127, t128,
-        t129, t130, t131, t132, t133, t134, t135, t136, t137, t138, t139, t140, t141, t142, t143, t144, t145, t146,
-        t147, t148, t149_150, t151_152, t153_154, t155, t156, t157_158, t159_160, t161_162, t163_164, t165, t166,
-        t167_168, t169_170, t171_172, t173_174, t175_176, t177_178, t179_180, t181, t182, t183, t184, t185, t186, t187,
-        t188, t189, t190, t191, t192, t193, t194, t195, t196, t197, t198, t199, t200, t201, t202, t203, t204_205,
-        t206_207, t208_209, t210_211, t212_213, t214_215, t216_217, t218_219, t220_221, t222_223, t224_225, t226_227,
-        t228_229, t230_231, t232_233, t234_235, t236_237, t238_239, t240_241, t242_243, t244_245, t246_247, t248, t249,
-        t250, t251, t252_253, t254_255, t256, t257, t258, t259, t260, t261_262, t263, t264_265, t266_267, t268_269,
-        t270_271, t272_273, t274_275, t276_277, t278_279, t280_281, t282_283, t284_285, t286_287, t288_289, t290_291,
-        t292_293, t294_295, t296, t297, t298_299, t300_301, t302_303, t304_305, t306_307, t308_309, t310, t311,
-        t312_313, t314_315, t316_317, t318_319, t320_321, t322_323, t324_325, t326_327, t328_329, t330, t331, t332,
-        t333, t334, t335, t336, t337, t338, t339, t340, t341, t342, t343, t344, t345, t346, t347, t348, t349, t350,
-        t351, t352, t353, t354, t355, t356, t357_358, t359_360, t361_362, t363_364, t365_366, t367_368, t369_370,
-        t371_372, t373_374, t375_376, t377_378, t379_380, t381_382, t383_384, t385_386, t387_388, t389_390, t391_392,
-        t393_394, t395_396, t397_398, t399_400, t401_402, t403_404, t405_406, t407_408, t409_410, t411_412, t413_414,
+        t0_1, t2_3, t4_5, t6_7, t8_9, t10_11, t12, t13, t14_15, t16_17, t18_19, t20_21, t22_23, t24_25, t26_27, t28_29,
+        t30_31, t32_33, t34_35, t36_37, t38_39, t40_41, t42_43, t44_45, t46_47, t48_49, t50_51, t52_53, t54_55, t56_57,
+        t58_59, t60_61, t62_63, t64_65, t66_67, t68_69, t70_71, t72_73, t74_75, t76_77, t78_79, t80_81, t82_83, t84_85,
+        t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105, t106_107, t108_109,
+        t110_111, t112_113, t114_115, t116_117, t118_119, t120_121, t122_123, t124_125, t126_127, t128_129, t130_131,
+        t132_133, t134_135, t136_137, t138_139, t140_141, t142_143, t144_145, t146_147, t148, t149, t150_151, t152_153,
+        t154, t155, t156, t157, t158, t159, t160_161, t162, t163, t164, t165_166, t167, t168, t169_170, t171_172,
+        t173_174, t175_176, t177_178, t179, t180, t181, t182, t183_184, t185_186, t187_188, t189_190, t191_192,
+        t193_194, t195_196, t197_198, t199_200, t201, t202, t203, t204, t205, t206, t207, t208, t209, t210, t211, t212,
+        t213, t214, t215, t216, t217, t218, t219, t220, t221_222, t223, t224, t225_226, t227, t228, t229, t230, t231,
+        t232, t233, t234, t235_236, t237_238, t239_240, t241_242, t243_244, t245_246, t247, t248_249, t250_251,
+        t252_253, t254, t255, t256_257, t258_259, t260_261, t262_263, t264_265, t266_267, t268_269, t270_271, t272_273,
+        t274_275, t276_277, t278_279, t280_281, t282_283, t284_285, t286_287, t288_289, t290_291, t292_293, t294_295,
+        t296_297, t298_299, t300_301, t302_303, t304_305, t306_307, t308, t309, t310, t311, t312, t313, t314_315,
+        t316_317, t318_319, t320_321, t322_323, t324_325, t326_327, t328_329, t330_331, t332_333, t334_335, t336_337,
+        t338_339, t340_341, t342_343, t344_345, t346_347, t348_349, t350_351, t352_353, t354_355, t356_357, t358_359,
+        t360_361, t362_363, t364_365, t366_367, t368_369, t370_371, t372, t373, t374_375, t376, t377, t378, t379, t380,
+        t381, t382, t383, t384_385, t386_387, t388, t389, t390_391, t392_393, t394_395, t396_397, t398_399, t400_401,
+        t402_403, t404_405, t406, t407, t408, t409, t410, t411, t412, t413, t414, t415, t416, t417, t418, t419, t420,
+        t421_422, t423_424, t425,
     );
     // right_foot, left_foot: sums of what it carries
-    t0_1 = both(R::constant(0.0399)) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t2_3 = R::Two::fused(both(R::constant(-0.0154)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t0_1);
-    t4_5 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2_3; // right_foot, left_foot: mass matrix
-    t6_7 = both(R::constant(0.0399)) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    t8_9 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t6_7);
-    // right_foot, left_foot: mass matrix
-    t10_11 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t8_9, t4_5);
-    t12_13 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t10_11;
-    t14_15 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2_3;
-    t16_17 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t8_9, t14_15);
-    t18_19 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t16_17, t12_13);
-    t20_21 = both(sin_q_base_pitch) * t18_19;
-    t22_23 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t10_11;
-    t24_25 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t16_17, t22_23);
-    t26_27 = R::Two::fused(both(cos_q_base_pitch), t24_25, t20_21);
-    // factors of the mass matrix
-    t28_29 = t26_27 * both(R::constant(161.73117044848053));
-    t30 = R::fused(-t26_27.second(), t28_29.second(), R::constant(19.0));
-    t31 = R::fused(-t26_27.first(), t28_29.first(), t30);
-    t32_33 = both(R::constant(0.3111)) + t8_9; // right_foot, left_foot: sums of what it carries
-    t34_35 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t32_33; // right_lower_leg, left_lower_leg
-    t36_37 = both(R::constant(0.008)) - t2_3; // right_foot, left_foot: sums of what it carries
-    t38_39 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t36_37, t34_35);
-    t40_41 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t38_39; // right_lower_leg, left_lower_leg: mass matrix
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t42_43 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t32_33;
-    t44_45 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t36_37, t42_43);
-    // right_lower_leg, left_lower_leg: mass matrix
-    t46_47 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t44_45, t40_41);
-    t48_49 = both(sin_q_base_pitch) * t46_47;
-    t50_51 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t38_39;
-    t52_53 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t44_45, t50_51);
-    t54_55 = R::Two::fused(both(cos_q_base_pitch), t52_53, t48_49);
-    t56_57 = R::Two::fused(both(R::constant(0.273)), t8_9, both(R::constant(0.0061831))); // right_foot, left_foot
-    // factors of the mass matrix
-    t58_59 = t56_57 * both(R::constant(161.73117044848053));
-    t60_61 = R::Two::fused(-t26_27, t58_59, t54_55);
+    t0_1 = both(R::constant(0.0399)) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t2_3 = both(R::constant(0.0399)) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    // other
+    t4_5 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t6_7 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t8_9 = R::Two::fused(both(R::constant(0.273)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.03), R::constant(0.15)));
+    t10_11 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
+    t12 = cos_q_base_pitch * R::constant(9.81); // torso: motion
+    t13 = sin_q_base_pitch * R::constant(9.81); // torso: motion
     // right_foot, left_foot: sums of what it carries
-    t62_63 = R::Two::fused(both(R::constant(0.546)), t8_9, both(R::constant(0.0061831)));
-    t64_65 = both(R::constant(0.07325338333)) + t62_63;
-    // factors of the mass matrix
-    t66_67 = R::Two::fused(-t56_57, t58_59, t64_65);
-    t68_69 = both(R::constant(1.0)) / t66_67;
-    t70_71 = t60_61 * t68_69;
-    t72 = R::fused(-t60_61.second(), t70_71.second(), t31);
-    t73 = R::fused(-t60_61.first(), t70_71.first(), t72);
-    t74_75 = both(R::constant(0.8355)) + t44_45; // right_lower_leg, left_lower_leg: sums of what it carries
-    t76_77 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t74_75; // right_upper_leg, left_upper_leg
-    t78_79 = both(R::constant(0.012)) - t38_39; // right_lower_leg, left_lower_leg: sums of what it carries
-    t80_81 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t78_79, t76_77);
-    t82_83 = both(sin_q_base_pitch) * t80_81; // right_upper_leg, left_upper_leg: mass matrix
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t84_85 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t74_75;
-    t86_87 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t78_79, t84_85);
-    t88_89 = R::Two::fused(-both(cos_q_base_pitch), t86_87, t82_83); // right_upper_leg, left_upper_leg: mass matrix
-    t90_91 = R::Two::fused(both(R::constant(-0.315)), t16_17, t56_57); // right_foot, left_foot: mass matrix
-    // factors of the mass matrix
-    t92_93 = t90_91 * both(R::constant(161.73117044848053));
-    t94_95 = t26_27 * t92_93;
-    t96_97 = t88_89 - t94_95;
-    t98_99 = R::Two::fused(both(R::constant(0.315)), t44_45, t64_65); // right_lower_leg, left_lower_leg: mass matrix
-    t100_101 = R::Two::fused(-t90_91, t58_59, t98_99);
-    t102_103 = t100_101 * t68_69;
-    t104_105 = t60_61 * t102_103;
-    t106_107 = t96_97 - t104_105;
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t108_109 = R::Two::fused(both(R::constant(0.63)), t44_45, t64_65);
-    t110_111 = both(R::constant(0.231642)) + t108_109;
-    // factors of the mass matrix
-    t112_113 = t90_91 * t92_93;
-    t114_115 = t110_111 - t112_113;
-    t116_117 = t100_101 * t102_103;
-    t118_119 = t114_115 - t116_117;
-    t120_121 = both(R::constant(1.0)) / t118_119;
-    t122_123 = t106_107 * t120_121;
-    t124 = R::fused(-t106_107.second(), t122_123.second(), t73);
-    t125 = R::fused(-t106_107.first(), t122_123.first(), t124);
-    t126 = R::constant(2.4915000028) - t86_87.second(); // left_upper_leg: sums of what it carries
-    t127 = t126 - t86_87.first(); // right_upper_leg: sums of what it carries
-    t128 = cos_q_base_pitch * t127; // torso: sums of what it carries
-    t129 = R::constant(0.22408000024) + t80_81.second(); // left_upper_leg: sums of what it carries
-    t130 = t129 + t80_81.first(); // right_upper_leg: sums of what it carries
-    t131 = R::fused(sin_q_base_pitch, t130, t128); // torso: sums of what it carries
-    t132 = t131 - t94_95.second();
-    t133 = t132 - t94_95.first();
-    t134 = t133 - t104_105.second();
-    t135 = t134 - t104_105.first();
-    t136 = t106_107.second() - t135;
-    t137 = t106_107.first() + t136;
-    t138 = R::constant(0.8044641474534446) + t110_111.second(); // left_upper_leg: sums of what it carries
-    t139 = t110_111.first() + t138; // right_upper_leg: sums of what it carries
-    t140 = t139 - t112_113.second();
-    t141 = t140 - t112_113.first();
-    t142 = t141 - t116_117.second();
-    t143 = t142 - t116_117.first();
-    t144 = t118_119.second() - t143;
-    t145 = t118_119.first() + t144;
-    t146 = R::constant(1.0) / t145;
-    t147 = t137 * t146;
-    t148 = R::fused(t137, t147, t125);
-    // right_foot, left_foot: mass matrix
-    t149_150 = both(cos_q_base_pitch) * t18_19;
-    t151_152 = R::Two::fused(-both(sin_q_base_pitch), t24_25, t149_150);
-    // factors of the mass matrix
-    t153_154 = t151_152 * both(R::constant(161.73117044848053));
-    t155 = t26_27.second() * t153_154.second();
-    t156 = R::fused(t26_27.first(), t153_154.first(), t155);
-    // right_lower_leg, left_lower_leg: mass matrix
-    t157_158 = both(cos_q_base_pitch) * t46_47;
-    t159_160 = R::Two::fused(-both(sin_q_base_pitch), t52_53, t157_158);
-    // factors of the mass matrix
-    t161_162 = R::Two::fused(-t151_152, t58_59, t159_160);
-    t163_164 = t161_162 * t68_69;
-    t165 = R::fused(t60_61.second(), t163_164.second(), t156);
-    t166 = R::fused(t60_61.first(), t163_164.first(), t165);
-    // right_upper_leg, left_upper_leg: mass matrix
-    t167_168 = both(cos_q_base_pitch) * t80_81;
-    t169_170 = R::Two::fused(both(sin_q_base_pitch), t86_87, t167_168);
-    // factors of the mass matrix
-    t171_172 = t151_152 * t92_93;
-    t173_174 = t169_170 - t171_172;
-    t175_176 = t161_162 * t102_103;
-    t177_178 = t173_174 - t175_176;
-    t179_180 = t177_178 * t120_121;
-    t181 = R::fused(t106_107.second(), t179_180.second(), t166);
-    t182 = R::fused(t106_107.first(), t179_180.first(), t181);
-    t183 = sin_q_base_pitch * t127; // torso: sums of what it carries
-    t184 = R::fused(-cos_q_base_pitch, t130, t183); // torso: sums of what it carries
-    t185 = t184 + t171_172.second();
-    t186 = t185 + t171_172.first();
-    t187 = t186 + t175_176.second();
-    t188 = t187 + t175_176.first();
-    t189 = t177_178.second() + t188;
-    t190 = t177_178.first() + t189;
-    t191 = t190 * t146;
-    t192 = R::fused(-t137, t191, t182);
-    t193 = R::fused(-t151_152.second(), t153_154.second(), R::constant(19.0));
-    t194 = R::fused(-t151_152.first(), t153_154.first(), t193);
-    t195 = R::fused(-t161_162.second(), t163_164.second(), t194);
-    t196 = R::fused(-t161_162.first(), t163_164.first(), t195);
-    t197 = R::fused(-t177_178.second(), t179_180.second(), t196);
-    t198 = R::fused(-t177_178.first(), t179_180.first(), t197);
-    t199 = R::fused(t190, t191, t198);
-    t200 = R::constant(1.0) / t199;
-    t201 = t192 * t200;
-    t202 = R::fused(-t192, t201, t148);
-    t203 = R::constant(1.0) / t202;
-    t204_205 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
-    t206_207 = t204_205 + two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
-    // right_foot, left_foot: motion
-    t208_209 = t206_207 + two(v_right_ankle_pitch, v_left_ankle_pitch);
-    t210_211 = t208_209 * t208_209;
-    t212_213 = both(R::constant(0.0399)) * t210_211; // right_foot, left_foot: wrench that its motion needs
-    t214_215 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t212_213; // right_foot, left_foot
-    t216_217 = both(R::constant(0.0154)) * t210_211; // right_foot, left_foot: wrench that its motion needs
-    t218_219 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t216_217, t214_215);
-    t220_221 = t206_207 * t206_207; // right_lower_leg, left_lower_leg: motion
-    t222_223 = R::Two::fused(both(R::constant(0.3111)), t220_221, t218_219); // right_foot, left_foot
-    t224_225 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t222_223; // right_lower_leg, left_lower_leg
-    // right_foot, left_foot: wrench handed to its parent
-    t226_227 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t212_213;
-    t228_229 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t216_217, t226_227);
-    t230_231 = R::Two::fused(both(R::constant(0.008)), t220_221, -t228_229);
-    t232_233 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t230_231, t224_225);
-    t234_235 = t204_205 * t204_205; // right_upper_leg, left_upper_leg: motion
-    t236_237 = R::Two::fused(both(R::constant(0.8355)), t234_235, t232_233); // right_lower_leg, left_lower_leg
-    t238_239 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t236_237; // right_upper_leg, left_upper_leg
-    // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t240_241 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t222_223;
-    t242_243 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t230_231, t240_241);
-    t244_245 = R::Two::fused(both(R::constant(0.012)), t234_235, -t242_243);
-    t246_247 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t244_245, t238_239);
-    t248 = v_base_pitch * v_base_pitch; // torso: motion
-    t249 = R::fused(R::constant(2.4915000028), t248, -t246_247.second()); // left_upper_leg: wrench handed to its parent
-    t250 = t249 - t246_247.first(); // right_upper_leg: wrench handed to its parent
-    t251 = sin_q_base_pitch * t250; // torso: wrench handed to its parent
-    // right_upper_leg, left_upper_leg: wrench handed to its parent
-    t252_253 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t236_237;
-    t254_255 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t244_245, t252_253);
-    t256 = R::fused(R::constant(0.22408000024), t248, t254_255.second()); // left_upper_leg: wrench handed to its parent
-    t257 = t256 + t254_255.first(); // right_upper_leg: wrench handed to its parent
-    t258 = R::fused(-cos_q_base_pitch, t257, t251); // torso: wrench handed to its parent
-    t259 = tau_base_x + t258; // other
-    t260 = cos_q_base_pitch * R::constant(9.81); // torso: motion
-    t261_262 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(t260); // right_upper_leg, left_upper_leg: motion
-    t263 = sin_q_base_pitch * R::constant(9.81); // torso: motion
-    t264_265 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t263), t261_262);
-    // right_lower_leg, left_lower_leg: motion
-    t266_267 = R::Two::fused(t234_235, both(R::constant(0.315)), t264_265);
-    t268_269 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t266_267;
+    t14_15 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t0_1);
+    t16_17 = R::Two::fused(both(R::constant(-0.0154)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2_3);
+    // other
+    t18_19 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t4_5);
+    t20_21 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t6_7);
+    t22_23 = t10_11 + two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
+    t24_25 = R::Two::fused(both(R::constant(0.273)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.092)));
     // right_upper_leg, left_upper_leg: motion
-    t270_271 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(t260);
-    t272_273 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(t263), t270_271);
-    t274_275 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t272_273, t268_269);
-    // right_foot, left_foot: motion
-    t276_277 = R::Two::fused(t220_221, both(R::constant(0.273)), t274_275);
-    t278_279 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t276_277;
-    // right_lower_leg, left_lower_leg: motion
-    t280_281 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t266_267;
-    t282_283 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t272_273, t280_281);
-    t284_285 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t282_283, t278_279);
-    t286_287 = both(R::constant(0.0399)) * t284_285; // right_foot, left_foot: wrench that its motion needs
-    // right_foot, left_foot: motion
-    t288_289 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t276_277;
-    t290_291 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t282_283, t288_289);
-    t292_293 = R::Two::fused(both(R::constant(-0.0154)), t290_291, t286_287); // right_foot, left_foot
-    t294_295 = two(tau_right_ankle_pitch, tau_left_ankle_pitch) - t292_293; // other
-    t296 = R::fused(-t294_295.second(), t28_29.second(), t259); // solved by the factors
-    t297 = R::fused(-t294_295.first(), t28_29.first(), t296); // solved by the factors
-    // right_lower_leg, left_lower_leg: wrench that its motion needs
-    t298_299 = both(R::constant(0.3111)) * t282_283;
-    t300_301 = R::Two::fused(both(R::constant(-0.008)), t274_275, t298_299);
+    t26_27 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(t12);
+    t28_29 = t10_11 * t10_11;
+    t30_31 = both(R::constant(0.3111)) + t14_15; // right_foot, left_foot: sums of what it carries
+    t32_33 = R::Two::fused(both(R::constant(0.273)), t14_15, both(R::constant(0.0061831))); // right_foot, left_foot
+    // right_foot, left_foot: sums of what it carries
+    t34_35 = R::Two::fused(both(R::constant(0.546)), t14_15, both(R::constant(0.0061831)));
+    t36_37 = both(R::constant(0.008)) - t16_17;
+    // right_foot, left_foot: mass matrix
+    t38_39 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t16_17;
+    t40_41 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t16_17;
+    // right_upper_leg, left_upper_leg: motion
+    t42_43 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t13), t26_27);
+    t44_45 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(t12);
+    t46_47 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(t13), t44_45);
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t48_49 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t30_31;
+    t50_51 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t30_31;
+    t52_53 = both(R::constant(0.07325338333)) + t34_35; // right_foot, left_foot: sums of what it carries
+    // right_foot, left_foot: mass matrix
+    t54_55 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t14_15, t40_41);
+    t56_57 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t14_15, t38_39);
+    t58_59 = t32_33 * both(R::constant(161.73117044848053)); // factors of the mass matrix
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t60_61 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t36_37, t48_49);
+    t62_63 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t36_37, t50_51);
+    // other
+    t64_65 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t18_19;
+    t66_67 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t20_21, t64_65);
+    t68_69 = t22_23 + two(v_right_ankle_pitch, v_left_ankle_pitch); // right_foot, left_foot: motion
+    t70_71 = t22_23 * t22_23; // right_lower_leg, left_lower_leg: motion
+    t72_73 = t68_69 * t68_69; // right_foot, left_foot: motion
+    // right_foot, left_foot: mass matrix
+    t74_75 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t54_55;
+    t76_77 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t54_55;
+    t78_79 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t56_57, t74_75);
+    t80_81 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t56_57, t76_77);
+    t82_83 = R::Two::fused(both(R::constant(-0.315)), t56_57, t32_33);
+    // right_lower_leg, left_lower_leg: mass matrix
+    t84_85 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t62_63;
+    t86_87 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t60_61, t84_85);
+    t88_89 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t62_63;
+    t90_91 = both(R::constant(0.012)) - t62_63; // right_lower_leg, left_lower_leg: sums of what it carries
+    t92_93 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t60_61, t88_89);
+    // factors of the mass matrix
+    t94_95 = R::Two::fused(-t32_33, t58_59, t52_53);
+    t96_97 = both(R::constant(1.0)) / t94_95;
+    t98_99 = both(R::constant(0.8355)) + t60_61; // right_lower_leg, left_lower_leg: sums of what it carries
+    t100_101 = t82_83 * both(R::constant(161.73117044848053));
+    t102_103 = R::Two::fused(both(R::constant(0.315)), t60_61, t52_53); // right_lower_leg, left_lower_leg: mass matrix
+    t104_105 = R::Two::fused(both(R::constant(0.63)), t60_61, t52_53); // right_lower_leg, left_lower_leg
+    t106_107 = R::Two::fused(-t82_83, t58_59, t102_103);
+    t108_109 = both(R::constant(0.231642)) + t104_105; // right_lower_leg, left_lower_leg: sums of what it carries
+    // right_foot, left_foot: mass matrix
+    t110_111 = both(sin_q_base_pitch) * t78_79;
+    t112_113 = both(cos_q_base_pitch) * t78_79;
+    t114_115 = R::Two::fused(both(cos_q_base_pitch), t80_81, t110_111);
+    t116_117 = R::Two::fused(-both(sin_q_base_pitch), t80_81, t112_113);
+    // right_lower_leg, left_lower_leg: mass matrix
+    t118_119 = both(sin_q_base_pitch) * t86_87;
+    t120_121 = both(cos_q_base_pitch) * t86_87;
+    t122_123 = R::Two::fused(both(cos_q_base_pitch), t92_93, t118_119);
+    t124_125 = R::Two::fused(-both(sin_q_base_pitch), t92_93, t120_121);
+    // factors of the mass matrix
+    t126_127 = R::Two::fused(-t114_115, t58_59, t122_123);
+    t128_129 = R::Two::fused(-t116_117, t58_59, t124_125);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t130_131 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t98_99;
+    t132_133 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t98_99;
+    t134_135 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t90_91, t130_131);
+    t136_137 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t90_91, t132_133);
+    // factors of the mass matrix
+    t138_139 = t106_107 * t96_97;
+    t140_141 = t106_107 * t138_139;
+    t142_143 = t114_115 * both(R::constant(161.73117044848053));
+    t144_145 = t114_115 * t100_101;
+    t146_147 = t82_83 * t100_101;
+    t148 = R::constant(0.8044641474534446) + t108_109.second(); // left_upper_leg: sums of what it carries
+    t149 = t108_109.first() + t148; // right_upper_leg: sums of what it carries
+    t150_151 = t108_109 - t146_147;
+    t152_153 = t150_151 - t140_141;
+    t154 = t149 - t146_147.second();
+    t155 = t154 - t146_147.first();
+    t156 = t155 - t140_141.second();
+    t157 = t156 - t140_141.first();
+    t158 = t152_153.second() - t157;
+    t159 = t152_153.first() + t158;
+    t160_161 = both(R::constant(1.0)) / t152_153;
+    t162 = R::constant(1.0) / t159;
+    t163 = R::fused(-t114_115.second(), t142_143.second(), R::constant(19.0));
+    t164 = R::fused(-t114_115.first(), t142_143.first(), t163);
+    t165_166 = t126_127 * t96_97;
+    t167 = R::fused(-t126_127.second(), t165_166.second(), t164);
+    t168 = R::fused(-t126_127.first(), t165_166.first(), t167);
+    // right_upper_leg, left_upper_leg: mass matrix
+    t169_170 = both(sin_q_base_pitch) * t134_135;
+    t171_172 = R::Two::fused(-both(cos_q_base_pitch), t136_137, t169_170);
+    // factors of the mass matrix
+    t173_174 = t171_172 - t144_145;
+    t175_176 = t126_127 * t138_139;
+    t177_178 = t173_174 - t175_176;
+    t179 = R::constant(2.4915000028) - t136_137.second(); // left_upper_leg: sums of what it carries
+    t180 = t179 - t136_137.first(); // right_upper_leg: sums of what it carries
+    t181 = R::constant(0.22408000024) + t134_135.second(); // left_upper_leg: sums of what it carries
+    t182 = t181 + t134_135.first(); // right_upper_leg: sums of what it carries
+    // right_upper_leg, left_upper_leg: mass matrix
+    t183_184 = both(cos_q_base_pitch) * t134_135;
+    t185_186 = R::Two::fused(both(sin_q_base_pitch), t136_137, t183_184);
+    // factors of the mass matrix
+    t187_188 = t116_117 * both(R::constant(161.73117044848053));
+    t189_190 = t128_129 * t96_97;
+    t191_192 = t116_117 * t100_101;
+    t193_194 = t185_186 - t191_192;
+    t195_196 = t128_129 * t138_139;
+    t197_198 = t193_194 - t195_196;
+    t199_200 = both(R::constant(0.0399)) * t72_73; // right_foot, left_foot: wrench that its motion needs
+    t201 = t114_115.second() * t187_188.second();
+    t202 = R::fused(t114_115.first(), t187_188.first(), t201);
+    t203 = R::fused(t126_127.second(), t189_190.second(), t202);
+    t204 = R::fused(t126_127.first(), t189_190.first(), t203);
+    // torso: sums of what it carries
+    t205 = cos_q_base_pitch * t180;
+    t206 = sin_q_base_pitch * t180;
+    t207 = R::fused(sin_q_base_pitch, t182, t205);
+    t208 = R::fused(-cos_q_base_pitch, t182, t206);
+    // factors of the mass matrix
+    t209 = t207 - t144_145.second();
+    t210 = t209 - t144_145.first();
+    t211 = t208 + t191_192.second();
+    t212 = t211 + t191_192.first();
+    t213 = t210 - t175_176.second();
+    t214 = t213 - t175_176.first();
+    t215 = t212 + t195_196.second();
+    t216 = t215 + t195_196.first();
+    t217 = t177_178.second() - t214;
+    t218 = t197_198.second() + t216;
+    t219 = t177_178.first() + t217;
+    t220 = t197_198.first() + t218;
+    t221_222 = t177_178 * t160_161;
+    t223 = R::fused(-t177_178.second(), t221_222.second(), t168);
+    t224 = R::fused(-t177_178.first(), t221_222.first(), t223);
+    t225_226 = t197_198 * t160_161;
+    t227 = R::fused(t177_178.second(), t225_226.second(), t204);
+    t228 = R::fused(t177_178.first(), t225_226.first(), t227);
+    t229 = R::fused(-t116_117.second(), t187_188.second(), R::constant(19.0));
+    t230 = R::fused(-t116_117.first(), t187_188.first(), t229);
+    t231 = R::fused(-t128_129.second(), t189_190.second(), t230);
+    t232 = R::fused(-t128_129.first(), t189_190.first(), t231);
+    t233 = R::fused(-t197_198.second(), t225_226.second(), t232);
+    t234 = R::fused(-t197_198.first(), t225_226.first(), t233);
     // right_foot, left_foot: wrench handed to its parent
-    t302_303 = t300_301 + t292_293;
-    t304_305 = R::Two::fused(both(R::constant(-0.273)), t228_229, t302_303);
-    t306_307 = two(tau_right_knee_pitch, tau_left_knee_pitch) - t304_305; // other
-    // solved by the factors
-    t308_309 = R::Two::fused(-t294_295, t58_59, t306_307);
-    t310 = R::fused(-t70_71.second(), t308_309.second(), t297);
-    t311 = R::fused(-t70_71.first(), t308_309.first(), t310);
+    t235_236 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t199_200;
+    t237_238 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t199_200;
+    t239_240 = both(R::constant(0.0154)) * t72_73; // right_foot, left_foot: wrench that its motion needs
+    t241_242 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t239_240, t235_236);
+    t243_244 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t239_240, t237_238);
+    t245_246 = R::Two::fused(both(R::constant(0.3111)), t70_71, t241_242);
+    t247 = v_base_pitch * v_base_pitch; // torso: motion
+    t248_249 = R::Two::fused(t28_29, both(R::constant(0.315)), t42_43); // right_lower_leg, left_lower_leg: motion
     // right_upper_leg, left_upper_leg: wrench that its motion needs
-    t312_313 = both(R::constant(0.8355)) * t272_273;
-    t314_315 = R::Two::fused(both(R::constant(-0.012)), t264_265, t312_313);
+    t250_251 = both(R::constant(0.8355)) * t46_47;
+    t252_253 = R::Two::fused(both(R::constant(-0.012)), t42_43, t250_251);
+    t254 = sin_q_base_pitch * R::constant(24.441615027468); // torso: wrench that its motion needs
+    t255 = R::fused(-cos_q_base_pitch, R::constant(2.1982248023544), t254); // torso: wrench that its motion needs
+    // other
+    t256_257 = both(cos_q_base_pitch) * t66_67;
+    t258_259 = both(sin_q_base_pitch) * t66_67;
+    // right_lower_leg, left_lower_leg: motion
+    t260_261 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t248_249;
+    t262_263 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t248_249;
+    t264_265 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t46_47, t260_261);
+    t266_267 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t46_47, t262_263);
+    t268_269 = R::Two::fused(both(R::constant(0.008)), t70_71, -t243_244); // right_foot, left_foot
+    t270_271 = R::Two::fused(t70_71, both(R::constant(0.273)), t264_265); // right_foot, left_foot: motion
+    // other
+    t272_273 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t18_19;
+    t274_275 = R::Two::fused(both(R::constant(0.315)), t18_19, t8_9);
+    // solved by the factors
+    t276_277 = R::Two::fused(t32_33, two(R::constant(-4.851935113454416), R::constant(-24.25967556727208)), t8_9);
+    t278_279 = R::Two::fused(t32_33, both(R::constant(-14.879267681260208)), t24_25);
+    // other
+    t280_281 = R::Two::fused(both(R::constant(-0.315)), t20_21, t24_25);
+    t282_283 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t20_21, t272_273);
+    // solved by the factors
+    t284_285 = R::Two::fused(t82_83, two(R::constant(-4.851935113454416), R::constant(-24.25967556727208)), t274_275);
+    t286_287 = R::Two::fused(t82_83, both(R::constant(-14.879267681260208)), t280_281);
+    // other
+    t288_289 = R::Two::fused(-both(sin_q_base_pitch), t282_283, t256_257);
+    t290_291 = R::Two::fused(both(cos_q_base_pitch), t282_283, t258_259);
+    // solved by the factors
+    t292_293 = R::Two::fused(-t138_139, t276_277, t284_285);
+    t294_295 = R::Two::fused(-t138_139, t278_279, t286_287);
     // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t316_317 = t314_315 + t304_305;
-    t318_319 = R::Two::fused(both(R::constant(-0.315)), t242_243, t316_317);
-    t320_321 = two(tau_right_hip_pitch, tau_left_hip_pitch) - t318_319; // other
+    t296_297 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t245_246;
+    t298_299 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t245_246;
+    t300_301 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t268_269, t296_297);
+    t302_303 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t268_269, t298_299);
+    t304_305 = R::Two::fused(both(R::constant(0.8355)), t28_29, t300_301);
+    t306_307 = R::Two::fused(both(R::constant(0.012)), t28_29, -t302_303);
+    // factors of the mass matrix
+    t308 = t219 * t162;
+    t309 = R::fused(t219, t308, t224);
+    t310 = t220 * t162;
+    t311 = R::fused(-t219, t310, t228);
+    t312 = R::fused(t220, t310, t234);
+    t313 = R::constant(1.0) / t312;
+    // right_foot, left_foot: motion
+    t314_315 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t270_271;
+    t316_317 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t270_271;
+    t318_319 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t266_267, t314_315);
+    t320_321 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t266_267, t316_317);
+    // right_lower_leg, left_lower_leg: wrench that its motion needs
+    t322_323 = both(R::constant(0.3111)) * t266_267;
+    t324_325 = R::Two::fused(both(R::constant(-0.008)), t264_265, t322_323);
     // solved by the factors
-    t322_323 = t294_295 * t92_93;
-    t324_325 = t320_321 - t322_323;
-    t326_327 = t102_103 * t308_309;
-    t328_329 = t324_325 - t326_327;
-    t330 = R::fused(-t122_123.second(), t328_329.second(), t311);
-    t331 = R::fused(-t122_123.first(), t328_329.first(), t330);
-    t332 = sin_q_base_pitch * R::constant(24.441615027468); // torso: wrench that its motion needs
-    t333 = R::fused(-cos_q_base_pitch, R::constant(2.1982248023544), t332); // torso: wrench that its motion needs
-    t334 = t333 - t318_319.second(); // left_upper_leg: wrench handed to its parent
-    t335 = t318_319.first() - t334; // right_upper_leg: wrench handed to its parent
-    t336 = tau_base_pitch - t335; // other
-    t337 = t336 - t322_323.second();
-    t338 = t337 - t322_323.first();
-    t339 = t338 - t326_327.second();
-    t340 = t339 - t326_327.first();
-    t341 = t328_329.second() - t340;
-    t342 = t328_329.first() + t341;
-    t343 = R::fused(t147, t342, t331);
-    t344 = cos_q_base_pitch * t250; // torso: wrench handed to its parent
-    t345 = R::fused(sin_q_base_pitch, t257, t344); // torso: wrench handed to its parent
-    t346 = R::constant(186.39) - t345; // torso: wrench handed to its parent
-    t347 = tau_base_z - t346; // other
-    t348 = R::fused(-t294_295.second(), t153_154.second(), t347);
-    t349 = R::fused(-t294_295.first(), t153_154.first(), t348);
-    t350 = R::fused(-t163_164.second(), t308_309.second(), t349);
-    t351 = R::fused(-t163_164.first(), t308_309.first(), t350);
-    t352 = R::fused(-t179_180.second(), t328_329.second(), t351);
-    t353 = R::fused(-t179_180.first(), t328_329.first(), t352);
-    t354 = R::fused(t191, t342, t353);
-    t355 = R::fused(t201, t354, t343);
+    t326_327 = R::Two::fused(t114_115, two(R::constant(4.851935113454416), R::constant(24.25967556727208)), t288_289);
+    t328_329 = R::Two::fused(t114_115, both(R::constant(-14.879267681260208)), t290_291);
+    t330_331 = R::Two::fused(t165_166, t276_277, t326_327);
+    t332_333 = R::Two::fused(-t165_166, t278_279, t328_329);
+    t334_335 = R::Two::fused(t221_222, t292_293, t330_331);
+    t336_337 = R::Two::fused(-t221_222, t294_295, t332_333);
+    // right_upper_leg, left_upper_leg: wrench handed to its parent
+    t338_339 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t304_305;
+    t340_341 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t304_305;
+    t342_343 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t306_307, t338_339);
+    t344_345 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t306_307, t340_341);
+    t346_347 = both(R::constant(0.0399)) * t318_319; // right_foot, left_foot: wrench that its motion needs
     // other
-    t356 = t203 * t355;
-    t357_358 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t359_360 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t357_358);
-    t361_362 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t359_360;
-    t363_364 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t365_366 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t363_364);
-    t367_368 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t365_366, t361_362);
-    t369_370 = both(cos_q_base_pitch) * t367_368;
-    t371_372 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t359_360;
-    t373_374 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t365_366, t371_372);
-    t375_376 = R::Two::fused(-both(sin_q_base_pitch), t373_374, t369_370);
-    t377_378 = R::Two::fused(t26_27, two(R::constant(4.851935113454416), R::constant(24.25967556727208)), t375_376);
-    t379_380 = R::Two::fused(both(R::constant(0.273)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.03), R::constant(0.15)));
+    t348_349 = R::Two::fused(t72_73, two(R::constant(0.03), R::constant(0.15)), t318_319);
+    t350_351 = R::Two::fused(t72_73, both(R::constant(0.092)), t320_321);
+    t352_353 = R::Two::fused(both(R::constant(-0.0154)), t320_321, t346_347); // right_foot, left_foot
+    t354_355 = R::Two::fused(both(R::constant(9.81)), t288_289, -t348_349);
+    t356_357 = R::Two::fused(both(R::constant(9.81)), t290_291, t350_351);
+    // right_foot, left_foot: wrench handed to its parent
+    t358_359 = t324_325 + t352_353;
+    t360_361 = R::Two::fused(both(R::constant(-0.273)), t243_244, t358_359);
+    t362_363 = two(tau_right_ankle_pitch, tau_left_ankle_pitch) - t352_353; // other
+    // right_lower_leg, left_lower_leg: wrench handed to its parent
+    t364_365 = t252_253 + t360_361;
+    t366_367 = R::Two::fused(both(R::constant(-0.315)), t302_303, t364_365);
+    t368_369 = two(tau_right_knee_pitch, tau_left_knee_pitch) - t360_361; // other
+    t370_371 = R::Two::fused(-t362_363, t58_59, t368_369); // solved by the factors
+    t372 = t255 - t366_367.second(); // left_upper_leg: wrench handed to its parent
+    t373 = t366_367.first() - t372; // right_upper_leg: wrench handed to its parent
+    t374_375 = two(tau_right_hip_pitch, tau_left_hip_pitch) - t366_367; // other
+    t376 = tau_base_pitch - t373; // other
+    t377 = t311 * t313; // factors of the mass matrix
+    t378 = R::fused(-t311, t377, t309); // factors of the mass matrix
+    t379 = R::constant(1.0) / t378; // factors of the mass matrix
+    t380 = R::fused(R::constant(2.4915000028), t247, -t342_343.second()); // left_upper_leg: wrench handed to its parent
+    t381 = t380 - t342_343.first(); // right_upper_leg: wrench handed to its parent
+    t382 = R::fused(R::constant(0.22408000024), t247, t344_345.second()); // left_upper_leg: wrench handed to its parent
+    t383 = t382 + t344_345.first(); // right_upper_leg: wrench handed to its parent
     // solved by the factors
-    t381_382 = R::Two::fused(t56_57, two(R::constant(-4.851935113454416), R::constant(-24.25967556727208)), t379_380);
-    t383_384 = R::Two::fused(t70_71, t381_382, t377_378);
-    t385_386 = R::Two::fused(both(R::constant(0.315)), t359_360, t379_380); // other
-    t387_388 = R::Two::fused(t90_91, two(R::constant(-4.851935113454416), R::constant(-24.25967556727208)), t385_386);
-    t389_390 = R::Two::fused(-t102_103, t381_382, t387_388);
-    t391_392 = R::Two::fused(t122_123, t389_390, t383_384);
-    // other
-    t393_394 = both(sin_q_base_pitch) * t367_368;
-    t395_396 = R::Two::fused(both(cos_q_base_pitch), t373_374, t393_394);
+    t384_385 = t362_363 * t100_101;
+    t386_387 = t374_375 - t384_385;
+    t388 = t376 - t384_385.second();
+    t389 = t388 - t384_385.first();
+    t390_391 = R::Two::fused(t116_117, two(R::constant(-4.851935113454416), R::constant(-24.25967556727208)), t290_291);
+    t392_393 = R::Two::fused(t116_117, both(R::constant(-14.879267681260208)), t288_289);
+    t394_395 = R::Two::fused(-t189_190, t276_277, t390_391);
+    t396_397 = R::Two::fused(-t189_190, t278_279, t392_393);
+    t398_399 = R::Two::fused(-t225_226, t292_293, t394_395);
+    t400_401 = R::Two::fused(-t225_226, t294_295, t396_397);
+    t402_403 = R::Two::fused(-both(t377), t398_399, t334_335);
+    t404_405 = R::Two::fused(both(t377), t400_401, t336_337);
+    // torso: wrench handed to its parent
+    t406 = sin_q_base_pitch * t381;
+    t407 = cos_q_base_pitch * t381;
+    t408 = R::fused(-cos_q_base_pitch, t383, t406);
+    t409 = R::fused(sin_q_base_pitch, t383, t407);
+    t410 = tau_base_x + t408; // other
+    t411 = R::constant(186.39) - t409;
+    t412 = R::fused(-t362_363.second(), t142_143.second(), t410); // solved by the factors
+    t413 = tau_base_z - t411; // other
     // solved by the factors
-    t397_398 = R::Two::fused(t151_152, two(R::constant(-4.851935113454416), R::constant(-24.25967556727208)), t395_396);
-    t399_400 = R::Two::fused(-t163_164, t381_382, t397_398);
-    t401_402 = R::Two::fused(-t179_180, t389_390, t399_400);
-    t403_404 = R::Two::fused(-both(t201), t401_402, t391_392);
-    // other
-    t405_406 = both(t203) * t403_404;
-    t407_408 = R::Two::fused(t210_211, both(R::constant(0.092)), t290_291);
-    t409_410 = R::Two::fused(both(R::constant(9.81)), t395_396, t407_408);
-    t411_412 = t405_406 * both(t355);
-    t413_414 = both(t200) * t401_402;
+    t414 = R::fused(-t362_363.first(), t142_143.first(), t412);
+    t415 = R::fused(-t362_363.second(), t187_188.second(), t413);
+    t416 = R::fused(-t165_166.second(), t370_371.second(), t414);
+    t417 = R::fused(-t362_363.first(), t187_188.first(), t415);
+    t418 = R::fused(-t165_166.first(), t370_371.first(), t416);
+    t419 = R::fused(-t189_190.second(), t370_371.second(), t417);
+    t420 = R::fused(-t189_190.first(), t370_371.first(), t419);
+    t421_422 = t138_139 * t370_371;
+    t423_424 = t386_387 - t421_422;
+    t425 = t389 - t421_422.second();
     let (
-        t415_416, t417_418, t419_420, t421_422, t423_424, t425_426, t427_428, t429_430, t431_432, t433_434, t435_436,
-        t437_438, t439, t440, t441_442, t443_444, t445_446, t447_448, t449_450, t451_452, t453_454, t455_456, t457_458,
-        t459_460, t461_462, t463_464, t465_466, t467_468, t469_470, t471_472, t473_474, t475, t476_477, t478_479,
-        t480_481, t482_483, t484_485, t486_487, t488_489, t490_491, t492_493, t494_495, t496_497, t498_499, t500,
-        t501_502, t503_504, t505_506, t507_508, t509_510, t511, t512, t513, t514, t515, t516, t517, t518, t519, t520,
-        t521, t522, t523, t524, t525, t526, t527, t528, t529, t530, t531, t532, t533, t534, t535, t536, t537, t538,
-        t539, t540, t541, t542, t543_544, t545, t546, t547, t548, t549, t550, t551, t552, t553, t554, t555, t556, t557,
-        t558, t559, t560, t561, t562, t563, t564, t565, t566, t567, t568, t569, t570, t571, t572, t573, t574, t575,
-        t576, t577, t578, t579, t580, t581, t582, t583, t584, t585, t586, t587, t588, t589, t590, t591, t592, t593,
-        t594, t595, t596, t597, t598, t599, t600, t601, t602, t603, t604, t605, t606, t607, t608, t609, t610, t611,
-        t612, t613, t614, t615, t616, t617, t618, t619, t620, t621, t622, t623, t624, t625, t626, t627, t628_629, t630,
-        t631, t632, t633, t634, t635, t636_637, t638, t639, t640, t641, t642, t643, t644, t645, t646, t647, t648, t649,
-        t650, t651, t652, t653, t654, t655, t656, t657, t658, t659, t660, t661, t662, t663, t664, t665, t666, t667,
-        t668, t669, t670, t671, t672, t673, t674, t675, t676, t677, t678,
+        t426, t427, t428, t429, t430, t431, t432, t433, t434, t435, t436, t437_438, t439_440, t441_442, t443_444,
+        t445_446, t447_448, t449_450, t451_452, t453_454, t455_456, t457_458, t459_460, t461_462, t463_464, t465_466,
+        t467_468, t469_470, t471_472, t473_474, t475_476, t477_478, t479_480, t481_482, t483, t484, t485, t486_487,
+        t488, t489, t490, t491, t492, t493, t494, t495, t496, t497, t498_499, t500, t501, t502, t503_504, t505, t506,
+        t507, t508, t509, t510, t511, t512, t513, t514, t515, t516, t517, t518, t519, t520, t521, t522, t523, t524,
+        t525, t526, t527, t528, t529, t530, t531, t532, t533, t534, t535, t536, t537, t538, t539, t540, t541, t542,
+        t543_544, t545_546, t547_548, t549_550, t551_552, t553_554, t555_556, t557, t558_559, t560, t561_562, t563,
+        t564_565, t566, t567_568, t569_570, t571, t572, t573, t574, t575, t576, t577, t578, t579, t580, t581, t582,
+        t583, t584, t585, t586, t587, t588, t589, t590, t591, t592, t593, t594, t595, t596, t597, t598, t599, t600,
+        t601, t602, t603, t604, t605, t606, t607, t608, t609, t610, t611, t612, t613, t614, t615, t616, t617, t618,
+        t619, t620, t621, t622, t623, t624, t625, t626, t627, t628, t629, t630, t631, t632, t633, t634, t635, t636,
+        t637, t638, t639, t640, t641, t642, t643, t644, t645, t646, t647, t648, t649, t650, t651, t652, t653, t654,
+        t655, t656, t657, t658, t659, t660, t661, t662, t663, t664, t665, t666, t667, t668, t669, t670, t671, t672,
+        t673, t674, t675, t676, t677, t678,
     );
-    t415_416 = R::Two::fused(-t413_414, both(t354), t411_412);
-    t417_418 = t120_121 * t389_390;
-    t419_420 = R::Two::fused(-t417_418, t328_329, t415_416);
-    t421_422 = t68_69 * t381_382;
-    t423_424 = R::Two::fused(-t421_422, t308_309, t419_420);
-    t425_426 = R::Two::fused(t294_295, two(R::constant(-4.851935113454416), R::constant(-24.25967556727208)), t423_424);
-    t427_428 = t409_410 + t425_426;
-    t429_430 = t403_404 * t405_406;
-    t431_432 = R::Two::fused(t401_402, t413_414, t429_430);
-    t433_434 = R::Two::fused(t389_390, t417_418, t431_432);
-    t435_436 = R::Two::fused(t381_382, t421_422, t433_434);
-    t437_438 = t435_436 + two(R::constant(0.14555805340363245), R::constant(3.6389513350908116));
-    t439 = R::constant(1.0) / t437_438.first();
-    t440 = t427_428.first() * t439;
-    t441_442 = R::Two::fused(t26_27, both(R::constant(-14.879267681260208)), t395_396); // solved by the factors
-    t443_444 = R::Two::fused(both(R::constant(0.273)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.092)));
-    // solved by the factors
-    t445_446 = R::Two::fused(t56_57, both(R::constant(-14.879267681260208)), t443_444);
-    t447_448 = R::Two::fused(-t70_71, t445_446, t441_442);
-    t449_450 = R::Two::fused(both(R::constant(-0.315)), t365_366, t443_444); // other
-    t451_452 = R::Two::fused(t90_91, both(R::constant(-14.879267681260208)), t449_450);
-    t453_454 = R::Two::fused(-t102_103, t445_446, t451_452);
-    t455_456 = R::Two::fused(-t122_123, t453_454, t447_448);
-    t457_458 = R::Two::fused(t151_152, both(R::constant(-14.879267681260208)), t375_376);
-    t459_460 = R::Two::fused(-t163_164, t445_446, t457_458);
-    t461_462 = R::Two::fused(-t179_180, t453_454, t459_460);
-    t463_464 = R::Two::fused(both(t201), t461_462, t455_456);
+    t426 = t425 - t421_422.first();
+    t427 = R::fused(-t221_222.second(), t423_424.second(), t418);
+    t428 = R::fused(-t221_222.first(), t423_424.first(), t427);
+    t429 = R::fused(-t225_226.second(), t423_424.second(), t420);
+    t430 = t423_424.second() - t426;
+    t431 = R::fused(-t225_226.first(), t423_424.first(), t429);
+    t432 = t423_424.first() + t430;
+    t433 = R::fused(t308, t432, t428);
+    t434 = R::fused(t310, t432, t431);
+    t435 = t162 * t432; // other
+    t436 = R::fused(t377, t434, t433);
     // other
-    t465_466 = t463_464 * t405_406;
-    t467_468 = R::Two::fused(-t461_462, t413_414, t465_466);
-    t469_470 = R::Two::fused(-t453_454, t417_418, t467_468);
-    t471_472 = R::Two::fused(-t445_446, t421_422, t469_470);
-    t473_474 = t471_472 - two(R::constant(0.4463780304378062), R::constant(2.231890152189031));
-    t475 = t473_474.first() * t439;
-    t476_477 = R::Two::fused(t210_211, two(R::constant(0.03), R::constant(0.15)), t284_285);
-    t478_479 = R::Two::fused(both(R::constant(9.81)), t375_376, -t476_477);
-    t480_481 = both(t203) * t463_464;
-    t482_483 = t480_481 * both(t355);
-    t484_485 = both(t200) * t461_462;
-    t486_487 = R::Two::fused(t484_485, both(t354), t482_483);
-    t488_489 = t120_121 * t453_454;
-    t490_491 = R::Two::fused(t488_489, t328_329, t486_487);
-    t492_493 = t68_69 * t445_446;
-    t494_495 = R::Two::fused(t492_493, t308_309, t490_491);
-    t496_497 = R::Two::fused(t294_295, both(R::constant(14.879267681260208)), t494_495);
-    t498_499 = t478_479 - t496_497;
-    t500 = R::fused(t427_428.first(), t475, t498_499.first());
-    t501_502 = t463_464 * t480_481;
-    t503_504 = R::Two::fused(t461_462, t484_485, t501_502);
-    t505_506 = R::Two::fused(t453_454, t488_489, t503_504);
-    t507_508 = R::Two::fused(t445_446, t492_493, t505_506);
-    t509_510 = t507_508 + both(R::constant(1.3688926266759391));
-    t511 = R::fused(-t473_474.first(), t475, t509_510.first());
-    t512 = R::constant(1.0) / t511;
-    t513 = t500 * t512;
+    t437_438 = both(t379) * t402_403;
+    t439_440 = both(t313) * t398_399;
+    t441_442 = t160_161 * t292_293;
+    t443_444 = t96_97 * t276_277;
+    t445_446 = both(t379) * t404_405;
+    t447_448 = both(t313) * t400_401;
+    t449_450 = t160_161 * t294_295;
+    t451_452 = t402_403 * t437_438;
+    t453_454 = R::Two::fused(t398_399, t439_440, t451_452);
+    t455_456 = R::Two::fused(t292_293, t441_442, t453_454);
+    t457_458 = R::Two::fused(t276_277, t443_444, t455_456);
+    t459_460 = t457_458 + two(R::constant(0.14555805340363245), R::constant(3.6389513350908116));
+    t461_462 = t404_405 * t437_438;
+    t463_464 = R::Two::fused(-t400_401, t439_440, t461_462);
+    t465_466 = R::Two::fused(-t294_295, t441_442, t463_464);
+    t467_468 = R::Two::fused(-t278_279, t443_444, t465_466);
+    t469_470 = t467_468 - two(R::constant(0.4463780304378062), R::constant(2.231890152189031));
+    t471_472 = t96_97 * t278_279;
+    t473_474 = t404_405 * t445_446;
+    t475_476 = R::Two::fused(t400_401, t447_448, t473_474);
+    t477_478 = R::Two::fused(t294_295, t449_450, t475_476);
+    t479_480 = R::Two::fused(t278_279, t471_472, t477_478);
+    t481_482 = t479_480 + both(R::constant(1.3688926266759391));
+    t483 = R::constant(1.0) - t58_59.first(); // solved by the factors
+    t484 = R::constant(1.0) - t100_101.first(); // solved by the factors
+    t485 = R::fused(-t138_139.first(), t483, t484); // solved by the factors
+    t486_487 = t362_363 * both(R::constant(161.73117044848053));
+    t488 = t402_403.second() * t437_438.first();
+    t489 = R::fused(t398_399.second(), t439_440.first(), t488);
+    t490 = t402_403.second() * t445_446.first();
+    t491 = R::fused(-t398_399.second(), t447_448.first(), t490);
     // solved by the factors
-    t514 = R::constant(1.0) - t58_59.first();
-    t515 = R::fused(t70_71.first(), t514, t28_29.first());
-    t516 = R::constant(1.0) - t92_93.first();
-    t517 = R::fused(-t102_103.first(), t514, t516);
-    t518 = R::fused(t122_123.first(), t517, t515);
-    t519 = R::fused(t163_164.first(), t514, t153_154.first());
-    t520 = R::fused(t179_180.first(), t517, t519);
-    t521 = R::fused(t201, t520, t518);
+    t492 = R::fused(t165_166.first(), t483, t142_143.first());
+    t493 = R::fused(t221_222.first(), t485, t492);
+    t494 = R::fused(t189_190.first(), t483, t187_188.first());
+    t495 = R::fused(t225_226.first(), t485, t494);
+    t496 = R::fused(t377, t495, t493);
     // other
-    t522 = t521 * t480_481.first();
-    t523 = R::fused(t520, t484_485.first(), t522);
-    t524 = R::fused(-t517, t488_489.first(), t523);
-    t525 = R::fused(-t514, t492_493.first(), t524);
-    t526 = R::constant(14.879267681260208) - t525;
-    t527 = t521 * t405_406.first();
-    t528 = R::fused(-t520, t413_414.first(), t527);
-    t529 = R::fused(t517, t417_418.first(), t528);
-    t530 = R::fused(t514, t421_422.first(), t529);
-    t531 = R::constant(4.851935113454416) + t530;
-    t532 = t531 * t439;
-    t533 = R::fused(t473_474.first(), t532, t526);
-    t534 = t533 * t512;
-    t535 = t203 * t521;
-    t536 = t535 * t355;
-    t537 = t200 * t520;
-    t538 = R::fused(t537, t354, t536);
-    t539 = t120_121.first() * t517;
-    t540 = R::fused(-t539, t328_329.first(), t538);
-    t541 = t68_69.first() * t514;
-    t542 = R::fused(-t541, t308_309.first(), t540);
-    t543_544 = t294_295 * both(R::constant(161.73117044848053));
-    t545 = t542 - t543_544.first();
-    t546 = R::fused(-t427_428.first(), t532, t545);
-    t547 = R::fused(-t500, t534, t546);
-    t548 = t521 * t535;
-    t549 = R::fused(t520, t537, t548);
-    t550 = R::fused(t517, t539, t549);
-    t551 = R::fused(t514, t541, t550);
-    t552 = R::constant(161.73117044848053) + t551;
-    t553 = R::fused(-t531, t532, t552);
-    t554 = R::fused(-t533, t534, t553);
-    t555 = R::constant(1.0) / t554;
-    t556 = t547 * t555;
-    t557 = t403_404.second() * t535;
-    t558 = R::fused(-t401_402.second(), t537, t557);
-    t559 = t403_404.second() * t405_406.first();
-    t560 = R::fused(t401_402.second(), t413_414.first(), t559);
-    t561 = t560 * t439;
-    t562 = R::fused(-t531, t561, t558);
-    t563 = t403_404.second() * t480_481.first();
-    t564 = R::fused(-t401_402.second(), t484_485.first(), t563);
-    t565 = R::fused(-t473_474.first(), t561, t564);
-    t566 = t565 * t512;
-    t567 = R::fused(t533, t566, t562);
-    t568 = t567 * t555;
-    t569 = R::fused(-t427_428.first(), t561, t427_428.second());
-    t570 = R::fused(t500, t566, t569);
-    t571 = R::fused(-t547, t568, t570);
-    t572 = R::fused(-t560, t561, t437_438.second());
-    t573 = R::fused(-t565, t566, t572);
-    t574 = R::fused(-t567, t568, t573);
-    t575 = R::constant(1.0) / t574;
-    t576 = t571 * t575;
-    t577 = t463_464.second() * t405_406.first();
-    t578 = R::fused(-t461_462.second(), t413_414.first(), t577);
-    t579 = t578 * t439;
-    t580 = R::fused(-t560, t579, t473_474.second());
-    t581 = t463_464.second() * t480_481.first();
-    t582 = R::fused(t461_462.second(), t484_485.first(), t581);
-    t583 = R::fused(-t473_474.first(), t579, t582);
-    t584 = t583 * t512;
-    t585 = R::fused(-t565, t584, t580);
-    t586 = t463_464.second() * t535;
-    t587 = R::fused(t461_462.second(), t537, t586);
-    t588 = R::fused(-t531, t579, t587);
-    t589 = R::fused(t533, t584, t588);
-    t590 = t589 * t555;
-    t591 = R::fused(-t567, t590, t585);
-    t592 = t591 * t575;
-    t593 = R::fused(t427_428.first(), t579, t498_499.second());
-    t594 = R::fused(-t500, t584, t593);
-    t595 = R::fused(t547, t590, t594);
-    t596 = R::fused(t571, t592, t595);
-    t597 = R::fused(-t578, t579, t509_510.second());
-    t598 = R::fused(-t583, t584, t597);
-    t599 = R::fused(-t589, t590, t598);
-    t600 = R::fused(-t591, t592, t599);
-    t601 = R::constant(1.0) / t600;
-    t602 = t596 * t601;
-    t603 = R::fused(t592, t602, t576);
-    t604 = R::fused(-t568, t603, t556);
-    t605 = R::fused(t590, t602, t604);
-    t606 = R::fused(-t534, t605, t513);
-    t607 = R::fused(t566, t603, t606);
-    t608 = R::fused(-t584, t602, t607);
-    t609 = R::fused(t475, t608, t440);
-    t610 = R::fused(-t532, t605, t609);
-    t611 = R::fused(-t561, t603, t610);
-    t612 = R::fused(t579, t602, t611);
-    t613 = R::fused(-t405_406.first(), t612, t356);
-    t614 = R::fused(t480_481.first(), t608, t613);
-    t615 = R::fused(-t535, t605, t614);
-    t616 = R::fused(-t405_406.second(), t603, t615);
-    t617 = R::fused(t480_481.second(), t602, t616);
-    t618 = t200 * t354;
-    t619 = R::fused(t413_414.first(), t612, t618);
-    t620 = R::fused(t484_485.first(), t608, t619);
-    t621 = R::fused(-t537, t605, t620);
-    t622 = R::fused(t413_414.second(), t603, t621);
-    t623 = R::fused(t484_485.second(), t602, t622);
-    t624 = R::fused(t201, t617, t623); // solved by the factors
-    t625 = t146 * t342;
-    t626 = R::fused(-t147, t617, t625); // solved by the factors
-    t627 = R::fused(-t191, t624, t626); // solved by the factors
-    t628_629 = t120_121 * t328_329;
-    t630 = R::fused(t417_418.first(), t612, t628_629.first());
-    t631 = R::fused(t488_489.first(), t608, t630);
-    t632 = R::fused(t539, t605, t631);
-    t633 = R::fused(-t122_123.first(), t617, t632); // solved by the factors
-    t634 = R::fused(-t179_180.first(), t624, t633); // solved by the factors
-    t635 = t634 - t627; // solved by the factors
-    t636_637 = t68_69 * t308_309;
-    t638 = R::fused(t421_422.first(), t612, t636_637.first());
-    t639 = R::fused(t492_493.first(), t608, t638);
-    t640 = R::fused(t541, t605, t639);
+    t497 = t96_97.first() * t483;
+    t498_499 = t96_97 * t370_371;
+    t500 = t404_405.second() * t437_438.first();
+    t501 = R::fused(-t400_401.second(), t439_440.first(), t500);
+    t502 = t160_161.first() * t485;
+    t503_504 = t160_161 * t423_424;
+    t505 = t404_405.second() * t445_446.first();
+    t506 = R::fused(t400_401.second(), t447_448.first(), t505);
+    t507 = R::constant(1.0) / t459_460.first();
+    t508 = t313 * t495;
+    t509 = t313 * t434;
+    t510 = t469_470.first() * t507;
+    t511 = t489 * t507;
+    t512 = R::fused(-t469_470.first(), t511, t491);
+    t513 = R::fused(-t489, t511, t459_460.second());
+    t514 = t501 * t507;
+    t515 = R::fused(-t489, t514, t469_470.second());
+    t516 = R::fused(-t469_470.first(), t514, t506);
+    t517 = R::fused(-t501, t514, t481_482.second());
+    t518 = R::fused(-t469_470.first(), t510, t481_482.first());
+    t519 = R::constant(1.0) / t518;
+    t520 = t496 * t445_446.first();
+    t521 = R::fused(t495, t447_448.first(), t520);
+    t522 = R::fused(-t485, t449_450.first(), t521);
+    t523 = R::fused(-t483, t471_472.first(), t522);
+    t524 = R::constant(14.879267681260208) - t523;
+    t525 = t496 * t437_438.first();
+    t526 = R::fused(-t495, t439_440.first(), t525);
+    t527 = R::fused(t485, t441_442.first(), t526);
+    t528 = R::fused(t483, t443_444.first(), t527);
+    t529 = R::constant(4.851935113454416) + t528;
+    t530 = t379 * t496;
+    t531 = t379 * t436;
+    t532 = t496 * t530;
+    t533 = R::fused(t495, t508, t532);
+    t534 = R::fused(t485, t502, t533);
+    t535 = R::fused(t483, t497, t534);
+    t536 = t402_403.second() * t530;
+    t537 = R::fused(-t398_399.second(), t508, t536);
+    t538 = t404_405.second() * t530;
+    t539 = R::fused(t400_401.second(), t508, t538);
+    t540 = R::fused(-t529, t511, t537);
+    t541 = R::fused(-t529, t514, t539);
+    t542 = R::constant(161.73117044848053) + t535;
+    t543_544 = t437_438 * both(t436);
+    t545_546 = R::Two::fused(-t439_440, both(t434), t543_544);
+    t547_548 = R::Two::fused(-t441_442, t423_424, t545_546);
+    t549_550 = R::Two::fused(-t443_444, t370_371, t547_548);
+    t551_552 = R::Two::fused(t362_363, two(R::constant(-4.851935113454416), R::constant(-24.25967556727208)), t549_550);
+    t553_554 = t356_357 + t551_552;
+    t555_556 = t445_446 * both(t436);
+    t557 = t530 * t436;
+    t558_559 = R::Two::fused(t447_448, both(t434), t555_556);
+    t560 = R::fused(t508, t434, t557);
+    t561_562 = R::Two::fused(t449_450, t423_424, t558_559);
+    t563 = R::fused(-t502, t423_424.first(), t560);
+    t564_565 = R::Two::fused(t471_472, t370_371, t561_562);
+    t566 = R::fused(-t497, t370_371.first(), t563);
+    t567_568 = R::Two::fused(t362_363, both(R::constant(14.879267681260208)), t564_565);
+    t569_570 = t354_355 - t567_568;
+    t571 = t566 - t486_487.first();
+    t572 = t512 * t519;
+    t573 = R::fused(-t512, t572, t513);
+    t574 = t516 * t519;
+    t575 = R::fused(-t512, t574, t515);
+    t576 = R::fused(-t516, t574, t517);
+    t577 = t529 * t507;
+    t578 = R::fused(t469_470.first(), t577, t524);
+    t579 = R::fused(-t529, t577, t542);
+    t580 = R::fused(t578, t572, t540);
+    t581 = R::fused(t578, t574, t541);
+    t582 = t553_554.first() * t507;
+    t583 = R::fused(-t553_554.first(), t577, t571);
+    t584 = t578 * t519;
+    t585 = R::fused(-t578, t584, t579);
+    t586 = R::constant(1.0) / t585;
+    t587 = R::fused(-t553_554.first(), t511, t553_554.second());
+    t588 = R::fused(t553_554.first(), t510, t569_570.first());
+    t589 = R::fused(t553_554.first(), t514, t569_570.second());
+    t590 = t588 * t519;
+    t591 = R::fused(-t588, t584, t583);
+    t592 = R::fused(t588, t572, t587);
+    t593 = R::fused(-t588, t574, t589);
+    t594 = t580 * t586;
+    t595 = R::fused(-t591, t594, t592);
+    t596 = R::fused(-t580, t594, t573);
+    t597 = R::constant(1.0) / t596;
+    t598 = t581 * t586;
+    t599 = R::fused(-t580, t598, t575);
+    t600 = R::fused(-t581, t598, t576);
+    t601 = t591 * t586;
+    t602 = R::fused(t591, t598, t593);
+    t603 = t595 * t597;
+    t604 = t599 * t597;
+    t605 = R::fused(t595, t604, t602);
+    t606 = R::fused(-t599, t604, t600);
+    t607 = R::constant(1.0) / t606;
+    t608 = t605 * t607;
+    t609 = R::fused(t604, t608, t603);
+    t610 = R::fused(-t594, t609, t601);
+    t611 = R::fused(t598, t608, t610);
+    t612 = R::fused(-t584, t611, t590);
+    t613 = R::fused(t572, t609, t612);
+    t614 = R::fused(-t574, t608, t613);
+    t615 = R::fused(t510, t614, t582);
+    t616 = R::fused(-t577, t611, t615);
+    t617 = R::fused(-t511, t609, t616);
+    t618 = R::fused(t514, t608, t617);
+    t619 = R::fused(-t437_438.first(), t618, t531);
+    t620 = R::fused(t439_440.first(), t618, t509);
+    t621 = R::fused(t445_446.first(), t614, t619);
+    t622 = R::fused(-t530, t611, t621);
+    t623 = R::fused(-t437_438.second(), t609, t622);
+    t624 = R::fused(t445_446.second(), t608, t623);
+    t625 = R::fused(-t308, t624, t435); // solved by the factors
+    t626 = R::fused(t447_448.first(), t614, t620);
+    t627 = R::fused(-t508, t611, t626);
+    t628 = R::fused(t439_440.second(), t609, t627);
+    t629 = R::fused(t447_448.second(), t608, t628);
+    t630 = R::fused(t377, t624, t629); // solved by the factors
+    t631 = R::fused(-t310, t630, t625); // solved by the factors
+    t632 = R::fused(t441_442.second(), t609, t503_504.second());
+    t633 = R::fused(t441_442.first(), t618, t503_504.first());
+    t634 = R::fused(t449_450.second(), t608, t632);
+    t635 = R::fused(t449_450.first(), t614, t633);
+    t636 = R::fused(t502, t611, t635);
     // solved by the factors
-    t641 = R::fused(-t70_71.first(), t617, t640);
-    t642 = R::fused(-t163_164.first(), t624, t641);
-    t643 = R::fused(-t102_103.first(), t627, t642);
-    t644 = R::fused(-t102_103.first(), t635, t643);
-    t645 = R::fused(R::constant(4.851935113454416), t612, t543_544.first()); // other
-    t646 = R::fused(R::constant(14.879267681260208), t608, t645); // other
-    t647 = R::fused(R::constant(161.73117044848053), t605, t646); // other
-    t648 = R::fused(-t28_29.first(), t617, t647);
-    t649 = R::fused(-t153_154.first(), t624, t648);
-    t650 = R::fused(-t92_93.first(), t627, t649);
-    t651 = R::fused(-t92_93.first(), t635, t650);
-    t652 = R::fused(-t58_59.first(), t644, t651);
-    t653 = R::fused(t417_418.second(), t603, t628_629.second()); // other
-    t654 = R::fused(t488_489.second(), t602, t653); // other
-    t655 = R::fused(-t122_123.second(), t617, t654);
-    t656 = R::fused(-t179_180.second(), t624, t655);
-    t657 = t656 - t627;
-    t658 = R::fused(t421_422.second(), t603, t636_637.second()); // other
-    t659 = R::fused(t492_493.second(), t602, t658); // other
-    t660 = R::fused(-t70_71.second(), t617, t659);
-    t661 = R::fused(-t163_164.second(), t624, t660);
-    t662 = R::fused(-t102_103.second(), t627, t661);
-    t663 = R::fused(-t102_103.second(), t657, t662);
-    t664 = R::fused(R::constant(24.25967556727208), t603, t543_544.second()); // other
-    t665 = R::fused(R::constant(14.879267681260208), t602, t664); // other
-    t666 = R::fused(-t28_29.second(), t617, t665);
-    t667 = R::fused(-t153_154.second(), t624, t666);
-    t668 = R::fused(-t92_93.second(), t627, t667);
-    t669 = R::fused(-t92_93.second(), t657, t668);
-    t670 = R::fused(-t58_59.second(), t663, t669);
+    t637 = R::fused(-t221_222.first(), t624, t636);
+    t638 = R::fused(-t221_222.second(), t624, t634);
+    t639 = R::fused(-t225_226.first(), t630, t637);
+    t640 = R::fused(-t225_226.second(), t630, t638);
+    t641 = t639 - t631;
+    t642 = t640 - t631;
     // other
-    t671 = t375_376.first() * t612;
-    t672 = R::fused(t395_396.first(), t608, -t671);
-    t673 = t395_396.first() * t612;
-    t674 = R::fused(t375_376.first(), t608, t673);
-    t675 = t375_376.second() * t603;
-    t676 = R::fused(t395_396.second(), t602, -t675);
-    t677 = t395_396.second() * t603;
-    t678 = R::fused(t375_376.second(), t602, t677);
-    *out = [[t617, t624, t627, t635, t644, t652, t657, t663, t670, t672, t674, t605, t676, t678]];
+    t643 = R::fused(t443_444.second(), t609, t498_499.second());
+    t644 = R::fused(t443_444.first(), t618, t498_499.first());
+    t645 = R::fused(t471_472.second(), t608, t643);
+    t646 = R::fused(t471_472.first(), t614, t644);
+    t647 = R::fused(t497, t611, t646);
+    // solved by the factors
+    t648 = R::fused(-t165_166.first(), t624, t647);
+    t649 = R::fused(-t165_166.second(), t624, t645);
+    t650 = R::fused(-t189_190.first(), t630, t648);
+    t651 = R::fused(-t189_190.second(), t630, t649);
+    t652 = R::fused(-t138_139.first(), t631, t650);
+    t653 = R::fused(-t138_139.second(), t631, t651);
+    t654 = R::fused(-t138_139.first(), t641, t652);
+    t655 = R::fused(-t138_139.second(), t642, t653);
+    // other
+    t656 = R::fused(R::constant(24.25967556727208), t609, t486_487.second());
+    t657 = R::fused(R::constant(14.879267681260208), t608, t656);
+    t658 = R::fused(R::constant(4.851935113454416), t618, t486_487.first());
+    t659 = R::fused(R::constant(14.879267681260208), t614, t658);
+    t660 = R::fused(R::constant(161.73117044848053), t611, t659);
+    // solved by the factors
+    t661 = R::fused(-t142_143.first(), t624, t660);
+    t662 = R::fused(-t142_143.second(), t624, t657);
+    t663 = R::fused(-t187_188.first(), t630, t661);
+    t664 = R::fused(-t187_188.second(), t630, t662);
+    // other
+    t665 = t288_289.second() * t609;
+    t666 = t290_291.second() * t609;
+    t667 = R::fused(t290_291.second(), t608, -t665);
+    t668 = R::fused(t288_289.second(), t608, t666);
+    t669 = t288_289.first() * t618;
+    t670 = t290_291.first() * t618;
+    t671 = R::fused(t290_291.first(), t614, -t669);
+    t672 = R::fused(t288_289.first(), t614, t670);
+    // solved by the factors
+    t673 = R::fused(-t100_101.first(), t631, t663);
+    t674 = R::fused(-t100_101.second(), t631, t664);
+    t675 = R::fused(-t100_101.first(), t641, t673);
+    t676 = R::fused(-t100_101.second(), t642, t674);
+    t677 = R::fused(-t58_59.first(), t654, t675);
+    t678 = R::fused(-t58_59.second(), t655, t676);
+    *out = [[t624, t630, t631, t641, t654, t677, t642, t655, t678, t671, t672, t611, t667, t668]];
 }
 }

@@ -61,367 +61,375 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     ]);
     let (
         t0_1, t2_3, t4_5, t6_7, t8_9, t10_11, t12_13, t14_15, t16_17, t18_19, t20_21, t22_23, t24_25, t26_27, t28_29,
-        t30, t31, t32_33, t34_35, t36_37, t38_39, t40_41, t42_43, t44_45, t46_47, t48_49, t50_51, t52_53, t54_55,
-        t56_57, t58_59, t60_61, t62_63, t64_65, t66_67, t68_69, t70_71, t72, t73, t74_75, t76_77, t78_79, t80_81,
-        t82_83, t84_85, t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105, t106_107,
-        t108_109, t110_111, t112_113, t114_115, t116_117, t118_119, t120_121, t122_123, t124, t125, t126, t127, t128,
-        t129, t130, t131, t132, t133, t134, t135, t136, t137, t138, t139, t140, t141, t142, t143, t144, t145, t146,
-        t147, t148, t149_150, t151_152, t153_154, t155, t156, t157_158, t159_160, t161_162, t163_164, t165, t166,
-        t167_168, t169_170, t171_172, t173_174, t175_176, t177_178, t179_180, t181, t182, t183, t184, t185, t186, t187,
-        t188, t189, t190, t191, t192, t193, t194, t195, t196, t197, t198, t199, t200, t201, t202, t203, t204_205,
-        t206_207, t208_209, t210_211, t212_213, t214_215, t216_217, t218_219, t220_221, t222_223, t224_225, t226_227,
-        t228_229, t230_231, t232_233, t234_235, t236_237, t238_239, t240_241, t242_243, t244_245, t246_247, t248_249,
-        t250_251, t252_253, t254_255, t256_257, t258_259, t260_261, t262_263, t264_265, t266_267, t268_269, t270_271,
-        t272_273, t274_275, t276_277, t278_279, t280_281, t282, t283, t284_285, t286_287, t288_289, t290_291, t292_293,
-        t294_295, t296_297, t298_299, t300_301, t302_303, t304_305, t306_307, t308_309, t310_311, t312_313, t314_315,
-        t316_317, t318, t319_320, t321_322, t323_324, t325_326, t327_328, t329_330, t331, t332_333, t334_335, t336_337,
-        t338_339, t340_341, t342_343, t344_345, t346_347, t348_349, t350, t351, t352, t353, t354, t355, t356, t357,
-        t358, t359, t360, t361, t362, t363, t364, t365, t366, t367, t368, t369, t370, t371, t372, t373, t374, t375,
-        t376, t377, t378, t379, t380, t381, t382, t383, t384, t385, t386, t387, t388, t389, t390, t391, t392, t393,
-        t394, t395, t396, t397, t398, t399, t400,
+        t30_31, t32_33, t34_35, t36_37, t38_39, t40_41, t42_43, t44_45, t46_47, t48_49, t50_51, t52_53, t54_55, t56_57,
+        t58_59, t60_61, t62_63, t64_65, t66_67, t68_69, t70_71, t72_73, t74_75, t76_77, t78_79, t80_81, t82_83, t84_85,
+        t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105, t106_107, t108_109,
+        t110_111, t112_113, t114_115, t116_117, t118_119, t120_121, t122_123, t124_125, t126_127, t128_129, t130_131,
+        t132_133, t134_135, t136_137, t138_139, t140_141, t142_143, t144_145, t146, t147, t148_149, t150_151, t152,
+        t153, t154, t155, t156, t157, t158_159, t160, t161, t162, t163_164, t165, t166, t167_168, t169_170, t171_172,
+        t173_174, t175_176, t177, t178, t179, t180, t181_182, t183_184, t185_186, t187_188, t189_190, t191_192,
+        t193_194, t195_196, t197_198, t199_200, t201, t202, t203_204, t205_206, t207, t208, t209, t210, t211, t212,
+        t213, t214, t215, t216, t217, t218, t219, t220, t221, t222, t223, t224, t225_226, t227, t228, t229_230, t231,
+        t232, t233, t234, t235, t236, t237, t238, t239_240, t241_242, t243_244, t245_246, t247_248, t249_250, t251_252,
+        t253_254, t255_256, t257_258, t259_260, t261_262, t263_264, t265_266, t267_268, t269_270, t271_272, t273_274,
+        t275_276, t277_278, t279_280, t281_282, t283_284, t285_286, t287_288, t289_290, t291_292, t293_294, t295, t296,
+        t297, t298, t299, t300, t301, t302, t303_304, t305_306, t307, t308_309, t310_311, t312_313, t314_315, t316_317,
+        t318_319, t320_321, t322_323, t324_325, t326_327, t328_329, t330_331, t332_333, t334_335, t336_337, t338_339,
+        t340_341, t342_343, t344_345, t346, t347, t348, t349, t350, t351, t352, t353, t354, t355, t356, t357, t358,
+        t359, t360, t361, t362, t363, t364, t365, t366, t367, t368, t369, t370, t371, t372, t373, t374, t375, t376,
+        t377, t378, t379, t380, t381, t382, t383, t384, t385, t386, t387, t388, t389, t390, t391, t392, t393, t394,
+        t395, t396, t397, t398, t399, t400,
     );
     // right_foot, left_foot: sums of what it carries
-    t0_1 = both(R::constant(0.0399)) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t2_3 = R::Two::fused(both(R::constant(-0.0154)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t0_1);
-    t4_5 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2_3; // right_foot, left_foot: mass matrix
-    t6_7 = both(R::constant(0.0399)) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    t8_9 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t6_7);
-    // right_foot, left_foot: mass matrix
-    t10_11 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t8_9, t4_5);
-    t12_13 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t10_11;
-    t14_15 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2_3;
-    t16_17 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t8_9, t14_15);
-    t18_19 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t16_17, t12_13);
-    t20_21 = both(sin_q_base_pitch) * t18_19;
-    t22_23 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t10_11;
-    t24_25 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t16_17, t22_23);
-    t26_27 = R::Two::fused(both(cos_q_base_pitch), t24_25, t20_21);
-    // factors of the mass matrix
-    t28_29 = t26_27 * both(R::constant(161.73117044848053));
-    t30 = R::fused(-t26_27.second(), t28_29.second(), R::constant(19.0));
-    t31 = R::fused(-t26_27.first(), t28_29.first(), t30);
-    t32_33 = both(R::constant(0.3111)) + t8_9; // right_foot, left_foot: sums of what it carries
-    t34_35 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t32_33; // right_lower_leg, left_lower_leg
-    t36_37 = both(R::constant(0.008)) - t2_3; // right_foot, left_foot: sums of what it carries
-    t38_39 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t36_37, t34_35);
-    t40_41 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t38_39; // right_lower_leg, left_lower_leg: mass matrix
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t42_43 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t32_33;
-    t44_45 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t36_37, t42_43);
-    // right_lower_leg, left_lower_leg: mass matrix
-    t46_47 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t44_45, t40_41);
-    t48_49 = both(sin_q_base_pitch) * t46_47;
-    t50_51 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t38_39;
-    t52_53 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t44_45, t50_51);
-    t54_55 = R::Two::fused(both(cos_q_base_pitch), t52_53, t48_49);
-    t56_57 = R::Two::fused(both(R::constant(0.273)), t8_9, both(R::constant(0.0061831))); // right_foot, left_foot
-    // factors of the mass matrix
-    t58_59 = t56_57 * both(R::constant(161.73117044848053));
-    t60_61 = R::Two::fused(-t26_27, t58_59, t54_55);
+    t0_1 = both(R::constant(0.0399)) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t2_3 = both(R::constant(0.0399)) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    // other
+    t4_5 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t6_7 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t8_9 = R::Two::fused(two(R::constant(0.273), R::constant(-0.273)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.15), R::constant(0.09)));
+    t10_11 = R::Two::fused(both(R::constant(0.273)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.092)));
     // right_foot, left_foot: sums of what it carries
-    t62_63 = R::Two::fused(both(R::constant(0.546)), t8_9, both(R::constant(0.0061831)));
-    t64_65 = both(R::constant(0.07325338333)) + t62_63;
-    // factors of the mass matrix
-    t66_67 = R::Two::fused(-t56_57, t58_59, t64_65);
-    t68_69 = both(R::constant(1.0)) / t66_67;
-    t70_71 = t60_61 * t68_69;
-    t72 = R::fused(-t60_61.second(), t70_71.second(), t31);
-    t73 = R::fused(-t60_61.first(), t70_71.first(), t72);
-    t74_75 = both(R::constant(0.8355)) + t44_45; // right_lower_leg, left_lower_leg: sums of what it carries
-    t76_77 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t74_75; // right_upper_leg, left_upper_leg
-    t78_79 = both(R::constant(0.012)) - t38_39; // right_lower_leg, left_lower_leg: sums of what it carries
-    t80_81 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t78_79, t76_77);
-    t82_83 = both(sin_q_base_pitch) * t80_81; // right_upper_leg, left_upper_leg: mass matrix
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t84_85 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t74_75;
-    t86_87 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t78_79, t84_85);
-    t88_89 = R::Two::fused(-both(cos_q_base_pitch), t86_87, t82_83); // right_upper_leg, left_upper_leg: mass matrix
-    t90_91 = R::Two::fused(both(R::constant(-0.315)), t16_17, t56_57); // right_foot, left_foot: mass matrix
-    // factors of the mass matrix
-    t92_93 = t90_91 * both(R::constant(161.73117044848053));
-    t94_95 = t26_27 * t92_93;
-    t96_97 = t88_89 - t94_95;
-    t98_99 = R::Two::fused(both(R::constant(0.315)), t44_45, t64_65); // right_lower_leg, left_lower_leg: mass matrix
-    t100_101 = R::Two::fused(-t90_91, t58_59, t98_99);
-    t102_103 = t100_101 * t68_69;
-    t104_105 = t60_61 * t102_103;
-    t106_107 = t96_97 - t104_105;
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t108_109 = R::Two::fused(both(R::constant(0.63)), t44_45, t64_65);
-    t110_111 = both(R::constant(0.231642)) + t108_109;
-    // factors of the mass matrix
-    t112_113 = t90_91 * t92_93;
-    t114_115 = t110_111 - t112_113;
-    t116_117 = t100_101 * t102_103;
-    t118_119 = t114_115 - t116_117;
-    t120_121 = both(R::constant(1.0)) / t118_119;
-    t122_123 = t106_107 * t120_121;
-    t124 = R::fused(-t106_107.second(), t122_123.second(), t73);
-    t125 = R::fused(-t106_107.first(), t122_123.first(), t124);
-    t126 = R::constant(2.4915000028) - t86_87.second(); // left_upper_leg: sums of what it carries
-    t127 = t126 - t86_87.first(); // right_upper_leg: sums of what it carries
-    t128 = cos_q_base_pitch * t127; // torso: sums of what it carries
-    t129 = R::constant(0.22408000024) + t80_81.second(); // left_upper_leg: sums of what it carries
-    t130 = t129 + t80_81.first(); // right_upper_leg: sums of what it carries
-    t131 = R::fused(sin_q_base_pitch, t130, t128); // torso: sums of what it carries
-    t132 = t131 - t94_95.second();
-    t133 = t132 - t94_95.first();
-    t134 = t133 - t104_105.second();
-    t135 = t134 - t104_105.first();
-    t136 = t106_107.second() - t135;
-    t137 = t106_107.first() + t136;
-    t138 = R::constant(0.8044641474534446) + t110_111.second(); // left_upper_leg: sums of what it carries
-    t139 = t110_111.first() + t138; // right_upper_leg: sums of what it carries
-    t140 = t139 - t112_113.second();
-    t141 = t140 - t112_113.first();
-    t142 = t141 - t116_117.second();
-    t143 = t142 - t116_117.first();
-    t144 = t118_119.second() - t143;
-    t145 = t118_119.first() + t144;
-    t146 = R::constant(1.0) / t145;
-    t147 = t137 * t146;
-    t148 = R::fused(t137, t147, t125);
+    t12_13 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t0_1);
+    t14_15 = R::Two::fused(both(R::constant(-0.0154)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2_3);
+    // other
+    t16_17 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t4_5);
+    t18_19 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t6_7);
+    t20_21 = both(R::constant(0.3111)) + t12_13; // right_foot, left_foot: sums of what it carries
+    t22_23 = R::Two::fused(both(R::constant(0.273)), t12_13, both(R::constant(0.0061831))); // right_foot, left_foot
+    // right_foot, left_foot: sums of what it carries
+    t24_25 = R::Two::fused(both(R::constant(0.546)), t12_13, both(R::constant(0.0061831)));
+    t26_27 = both(R::constant(0.008)) - t14_15;
     // right_foot, left_foot: mass matrix
-    t149_150 = both(cos_q_base_pitch) * t18_19;
-    t151_152 = R::Two::fused(-both(sin_q_base_pitch), t24_25, t149_150);
-    // factors of the mass matrix
-    t153_154 = t151_152 * both(R::constant(161.73117044848053));
-    t155 = t26_27.second() * t153_154.second();
-    t156 = R::fused(t26_27.first(), t153_154.first(), t155);
+    t28_29 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t14_15;
+    t30_31 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t14_15;
+    // other
+    t32_33 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t16_17;
+    t34_35 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t16_17;
+    t36_37 = R::Two::fused(two(R::constant(0.315), R::constant(-0.315)), t16_17, t8_9);
+    t38_39 = R::Two::fused(both(R::constant(-0.315)), t18_19, t10_11);
+    t40_41 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t20_21; // right_lower_leg, left_lower_leg
+    t42_43 = t22_23 * both(R::constant(161.73117044848053)); // factors of the mass matrix
+    // right_foot, left_foot: mass matrix
+    t44_45 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t12_13, t30_31);
+    t46_47 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t12_13, t28_29);
+    t48_49 = both(R::constant(0.07325338333)) + t24_25; // right_foot, left_foot: sums of what it carries
+    t50_51 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t20_21; // right_lower_leg, left_lower_leg
+    // other
+    t52_53 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t18_19, t32_33);
+    t54_55 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t18_19, t34_35);
+    // solved by the factors
+    t56_57 = R::Two::fused(t22_23, two(R::constant(-24.25967556727208), R::constant(-14.555805340363246)), t8_9);
+    t58_59 = R::Two::fused(t22_23, both(R::constant(-14.879267681260208)), t10_11);
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t60_61 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t26_27, t50_51);
+    t62_63 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t26_27, t40_41);
+    t64_65 = R::Two::fused(-t22_23, t42_43, t48_49); // factors of the mass matrix
+    t66_67 = R::Two::fused(both(R::constant(-0.315)), t46_47, t22_23); // right_foot, left_foot: mass matrix
+    t68_69 = both(R::constant(1.0)) / t64_65; // factors of the mass matrix
+    // right_foot, left_foot: mass matrix
+    t70_71 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t44_45;
+    t72_73 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t44_45;
+    t74_75 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t46_47, t70_71);
+    t76_77 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t46_47, t72_73);
+    // other
+    t78_79 = both(cos_q_base_pitch) * t52_53;
+    t80_81 = both(sin_q_base_pitch) * t52_53;
+    t82_83 = R::Two::fused(-both(sin_q_base_pitch), t54_55, t78_79);
+    t84_85 = R::Two::fused(both(cos_q_base_pitch), t54_55, t80_81);
     // right_lower_leg, left_lower_leg: mass matrix
-    t157_158 = both(cos_q_base_pitch) * t46_47;
-    t159_160 = R::Two::fused(-both(sin_q_base_pitch), t52_53, t157_158);
+    t86_87 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t60_61;
+    t88_89 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t62_63, t86_87);
+    t90_91 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t60_61;
+    t92_93 = both(R::constant(0.012)) - t60_61; // right_lower_leg, left_lower_leg: sums of what it carries
+    t94_95 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t62_63, t90_91);
+    t96_97 = both(R::constant(0.8355)) + t62_63; // right_lower_leg, left_lower_leg: sums of what it carries
+    t98_99 = t66_67 * both(R::constant(161.73117044848053)); // factors of the mass matrix
+    // right_foot, left_foot: mass matrix
+    t100_101 = both(sin_q_base_pitch) * t74_75;
+    t102_103 = both(cos_q_base_pitch) * t74_75;
+    t104_105 = R::Two::fused(both(cos_q_base_pitch), t76_77, t100_101);
+    t106_107 = R::Two::fused(-both(sin_q_base_pitch), t76_77, t102_103);
+    t108_109 = R::Two::fused(both(R::constant(0.315)), t62_63, t48_49); // right_lower_leg, left_lower_leg: mass matrix
+    t110_111 = R::Two::fused(both(R::constant(0.63)), t62_63, t48_49); // right_lower_leg, left_lower_leg
+    t112_113 = R::Two::fused(-t66_67, t42_43, t108_109); // factors of the mass matrix
+    t114_115 = both(R::constant(0.231642)) + t110_111; // right_lower_leg, left_lower_leg: sums of what it carries
+    // right_lower_leg, left_lower_leg: mass matrix
+    t116_117 = both(sin_q_base_pitch) * t88_89;
+    t118_119 = both(cos_q_base_pitch) * t88_89;
+    t120_121 = R::Two::fused(both(cos_q_base_pitch), t94_95, t116_117);
+    t122_123 = R::Two::fused(-both(sin_q_base_pitch), t94_95, t118_119);
     // factors of the mass matrix
-    t161_162 = R::Two::fused(-t151_152, t58_59, t159_160);
-    t163_164 = t161_162 * t68_69;
-    t165 = R::fused(t60_61.second(), t163_164.second(), t156);
-    t166 = R::fused(t60_61.first(), t163_164.first(), t165);
+    t124_125 = R::Two::fused(-t104_105, t42_43, t120_121);
+    t126_127 = R::Two::fused(-t106_107, t42_43, t122_123);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t128_129 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t96_97;
+    t130_131 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t96_97;
+    t132_133 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t92_93, t128_129);
+    t134_135 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t92_93, t130_131);
+    // factors of the mass matrix
+    t136_137 = t104_105 * both(R::constant(161.73117044848053));
+    t138_139 = t104_105 * t98_99;
+    t140_141 = t112_113 * t68_69;
+    t142_143 = t112_113 * t140_141;
+    t144_145 = t66_67 * t98_99;
+    t146 = R::constant(0.8044641474534446) + t114_115.second(); // left_upper_leg: sums of what it carries
+    t147 = t114_115.first() + t146; // right_upper_leg: sums of what it carries
+    t148_149 = t114_115 - t144_145;
+    t150_151 = t148_149 - t142_143;
+    t152 = t147 - t144_145.second();
+    t153 = t152 - t144_145.first();
+    t154 = t153 - t142_143.second();
+    t155 = t154 - t142_143.first();
+    t156 = t150_151.second() - t155;
+    t157 = t150_151.first() + t156;
+    t158_159 = both(R::constant(1.0)) / t150_151;
+    t160 = R::constant(1.0) / t157;
+    t161 = R::fused(-t104_105.second(), t136_137.second(), R::constant(19.0));
+    t162 = R::fused(-t104_105.first(), t136_137.first(), t161);
+    t163_164 = t124_125 * t68_69;
+    t165 = R::fused(-t124_125.second(), t163_164.second(), t162);
+    t166 = R::fused(-t124_125.first(), t163_164.first(), t165);
     // right_upper_leg, left_upper_leg: mass matrix
-    t167_168 = both(cos_q_base_pitch) * t80_81;
-    t169_170 = R::Two::fused(both(sin_q_base_pitch), t86_87, t167_168);
+    t167_168 = both(sin_q_base_pitch) * t132_133;
+    t169_170 = R::Two::fused(-both(cos_q_base_pitch), t134_135, t167_168);
     // factors of the mass matrix
-    t171_172 = t151_152 * t92_93;
-    t173_174 = t169_170 - t171_172;
-    t175_176 = t161_162 * t102_103;
-    t177_178 = t173_174 - t175_176;
-    t179_180 = t177_178 * t120_121;
-    t181 = R::fused(t106_107.second(), t179_180.second(), t166);
-    t182 = R::fused(t106_107.first(), t179_180.first(), t181);
-    t183 = sin_q_base_pitch * t127; // torso: sums of what it carries
-    t184 = R::fused(-cos_q_base_pitch, t130, t183); // torso: sums of what it carries
-    t185 = t184 + t171_172.second();
-    t186 = t185 + t171_172.first();
-    t187 = t186 + t175_176.second();
-    t188 = t187 + t175_176.first();
-    t189 = t177_178.second() + t188;
-    t190 = t177_178.first() + t189;
-    t191 = t190 * t146;
-    t192 = R::fused(-t137, t191, t182);
-    t193 = R::fused(-t151_152.second(), t153_154.second(), R::constant(19.0));
-    t194 = R::fused(-t151_152.first(), t153_154.first(), t193);
-    t195 = R::fused(-t161_162.second(), t163_164.second(), t194);
-    t196 = R::fused(-t161_162.first(), t163_164.first(), t195);
-    t197 = R::fused(-t177_178.second(), t179_180.second(), t196);
-    t198 = R::fused(-t177_178.first(), t179_180.first(), t197);
-    t199 = R::fused(t190, t191, t198);
-    t200 = R::constant(1.0) / t199;
-    t201 = t192 * t200;
-    t202 = R::fused(-t192, t201, t148);
-    t203 = R::constant(1.0) / t202;
-    // other
-    t204_205 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t206_207 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t204_205);
-    t208_209 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t206_207;
-    t210_211 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t212_213 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t210_211);
-    t214_215 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t212_213, t208_209);
-    t216_217 = both(cos_q_base_pitch) * t214_215;
-    t218_219 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t206_207;
-    t220_221 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t212_213, t218_219);
-    t222_223 = R::Two::fused(-both(sin_q_base_pitch), t220_221, t216_217);
-    t224_225 = R::Two::fused(t26_27, two(R::constant(24.25967556727208), R::constant(-14.555805340363246)), t222_223);
-    t226_227 = R::Two::fused(two(R::constant(0.273), R::constant(-0.273)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.15), R::constant(0.09)));
+    t171_172 = t169_170 - t138_139;
+    t173_174 = t124_125 * t140_141;
+    t175_176 = t171_172 - t173_174;
+    t177 = R::constant(2.4915000028) - t134_135.second(); // left_upper_leg: sums of what it carries
+    t178 = t177 - t134_135.first(); // right_upper_leg: sums of what it carries
+    t179 = R::constant(0.22408000024) + t132_133.second(); // left_upper_leg: sums of what it carries
+    t180 = t179 + t132_133.first(); // right_upper_leg: sums of what it carries
+    // right_upper_leg, left_upper_leg: mass matrix
+    t181_182 = both(cos_q_base_pitch) * t132_133;
+    t183_184 = R::Two::fused(both(sin_q_base_pitch), t134_135, t181_182);
+    // factors of the mass matrix
+    t185_186 = t106_107 * both(R::constant(161.73117044848053));
+    t187_188 = t126_127 * t68_69;
+    t189_190 = t106_107 * t98_99;
+    t191_192 = t183_184 - t189_190;
+    t193_194 = t126_127 * t140_141;
+    t195_196 = t191_192 - t193_194;
     // solved by the factors
-    t228_229 = R::Two::fused(t56_57, two(R::constant(-24.25967556727208), R::constant(-14.555805340363246)), t226_227);
-    t230_231 = R::Two::fused(t70_71 * two(R::constant(1.0), R::constant(-1.0)), t228_229, t224_225);
-    t232_233 = R::Two::fused(two(R::constant(0.315), R::constant(-0.315)), t206_207, t226_227); // other
-    t234_235 = R::Two::fused(t90_91, two(R::constant(-24.25967556727208), R::constant(-14.555805340363246)), t232_233);
-    t236_237 = R::Two::fused(-t102_103, t228_229, t234_235);
-    t238_239 = R::Two::fused(t122_123 * two(R::constant(1.0), R::constant(-1.0)), t236_237, t230_231);
-    // other
-    t240_241 = both(sin_q_base_pitch) * t214_215;
-    t242_243 = R::Two::fused(both(cos_q_base_pitch), t220_221, t240_241);
+    t197_198 = R::Two::fused(t104_105, two(R::constant(24.25967556727208), R::constant(-14.555805340363246)), t82_83);
+    t199_200 = R::Two::fused(t163_164 * two(R::constant(1.0), R::constant(-1.0)), t56_57, t197_198);
+    t201 = t104_105.second() * t185_186.second(); // factors of the mass matrix
+    t202 = R::fused(t104_105.first(), t185_186.first(), t201); // factors of the mass matrix
+    t203_204 = R::Two::fused(t104_105, both(R::constant(-14.879267681260208)), t84_85);
+    t205_206 = R::Two::fused(-t163_164, t58_59, t203_204);
+    t207 = R::fused(t124_125.second(), t187_188.second(), t202); // factors of the mass matrix
+    t208 = R::fused(t124_125.first(), t187_188.first(), t207); // factors of the mass matrix
+    // torso: sums of what it carries
+    t209 = cos_q_base_pitch * t178;
+    t210 = sin_q_base_pitch * t178;
+    t211 = R::fused(sin_q_base_pitch, t180, t209);
+    t212 = R::fused(-cos_q_base_pitch, t180, t210);
+    // factors of the mass matrix
+    t213 = t211 - t138_139.second();
+    t214 = t213 - t138_139.first();
+    t215 = t212 + t189_190.second();
+    t216 = t215 + t189_190.first();
+    t217 = t214 - t173_174.second();
+    t218 = t217 - t173_174.first();
+    t219 = t216 + t193_194.second();
+    t220 = t219 + t193_194.first();
+    t221 = t175_176.second() - t218;
+    t222 = t195_196.second() + t220;
+    t223 = t175_176.first() + t221;
+    t224 = t195_196.first() + t222;
+    t225_226 = t175_176 * t158_159;
+    t227 = R::fused(-t175_176.second(), t225_226.second(), t166);
+    t228 = R::fused(-t175_176.first(), t225_226.first(), t227);
+    t229_230 = t195_196 * t158_159;
+    t231 = R::fused(t175_176.second(), t229_230.second(), t208);
+    t232 = R::fused(t175_176.first(), t229_230.first(), t231);
+    t233 = R::fused(-t106_107.second(), t185_186.second(), R::constant(19.0));
+    t234 = R::fused(-t106_107.first(), t185_186.first(), t233);
+    t235 = R::fused(-t126_127.second(), t187_188.second(), t234);
+    t236 = R::fused(-t126_127.first(), t187_188.first(), t235);
+    t237 = R::fused(-t195_196.second(), t229_230.second(), t236);
+    t238 = R::fused(-t195_196.first(), t229_230.first(), t237);
     // solved by the factors
-    t244_245 = R::Two::fused(t151_152, two(R::constant(-24.25967556727208), R::constant(14.555805340363246)), t242_243);
-    t246_247 = R::Two::fused(t163_164 * two(R::constant(-1.0), R::constant(1.0)), t228_229, t244_245);
-    t248_249 = R::Two::fused(t179_180 * two(R::constant(-1.0), R::constant(1.0)), t236_237, t246_247);
-    t250_251 = R::Two::fused(-both(t201), t248_249, t238_239);
+    t239_240 = R::Two::fused(t66_67, two(R::constant(-24.25967556727208), R::constant(-14.555805340363246)), t36_37);
+    t241_242 = R::Two::fused(t66_67, both(R::constant(-14.879267681260208)), t38_39);
+    t243_244 = R::Two::fused(-t140_141, t56_57, t239_240);
+    t245_246 = R::Two::fused(-t140_141, t58_59, t241_242);
+    t247_248 = R::Two::fused(t225_226 * two(R::constant(1.0), R::constant(-1.0)), t243_244, t199_200);
+    t249_250 = R::Two::fused(-t225_226, t245_246, t205_206);
+    t251_252 = R::Two::fused(t106_107, two(R::constant(-24.25967556727208), R::constant(14.555805340363246)), t84_85);
+    t253_254 = R::Two::fused(t106_107, both(R::constant(-14.879267681260208)), t82_83);
+    t255_256 = R::Two::fused(t187_188 * two(R::constant(-1.0), R::constant(1.0)), t56_57, t251_252);
+    t257_258 = R::Two::fused(-t187_188, t58_59, t253_254);
+    t259_260 = R::Two::fused(t229_230 * two(R::constant(-1.0), R::constant(1.0)), t243_244, t255_256);
+    t261_262 = R::Two::fused(-t229_230, t245_246, t257_258);
     // other
-    t252_253 = both(t203) * t250_251;
-    t254_255 = both(v_base_x) * t222_223;
-    t256_257 = R::Two::fused(-both(v_base_z), t242_243, t254_255);
-    t258_259 = R::Two::fused(both(v_base_pitch) * two(R::constant(-1.0), R::constant(1.0)), t232_233, t256_257);
-    t260_261 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch) * two(R::constant(-1.0), R::constant(1.0)), t232_233, t258_259);
-    t262_263 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch) * two(R::constant(-1.0), R::constant(1.0)), t226_227, t260_261);
-    t264_265 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), two(R::constant(-0.15), R::constant(0.09)), t262_263);
-    t266_267 = t250_251 * t252_253;
-    t268_269 = both(t200) * t248_249;
-    t270_271 = R::Two::fused(t248_249, t268_269, t266_267);
-    t272_273 = t120_121 * t236_237;
-    t274_275 = R::Two::fused(t236_237, t272_273, t270_271);
-    t276_277 = t68_69 * t228_229;
-    t278_279 = R::Two::fused(t228_229, t276_277, t274_275);
-    t280_281 = t278_279 + two(R::constant(3.6389513350908116), R::constant(1.310022480632692));
-    t282 = R::constant(1.0) / t280_281.first();
-    t283 = t264_265.first() * t282;
-    t284_285 = R::Two::fused(t26_27, both(R::constant(-14.879267681260208)), t242_243); // solved by the factors
-    t286_287 = R::Two::fused(both(R::constant(0.273)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.092)));
+    t263_264 = both(v_base_x) * t82_83;
+    t265_266 = R::Two::fused(-both(v_base_z), t84_85, t263_264);
+    t267_268 = R::Two::fused(both(v_base_pitch) * two(R::constant(-1.0), R::constant(1.0)), t36_37, t265_266);
+    t269_270 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch) * two(R::constant(-1.0), R::constant(1.0)), t36_37, t267_268);
+    t271_272 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch) * two(R::constant(-1.0), R::constant(1.0)), t8_9, t269_270);
+    t273_274 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), two(R::constant(-0.15), R::constant(0.09)), t271_272);
+    t275_276 = t158_159 * t243_244;
+    t277_278 = t158_159 * t245_246;
+    t279_280 = t68_69 * t56_57;
+    t281_282 = t68_69 * t58_59;
+    t283_284 = both(v_base_x) * t84_85;
+    t285_286 = R::Two::fused(both(v_base_z), t82_83, t283_284);
+    t287_288 = R::Two::fused(both(v_base_pitch), t38_39, t285_286);
+    t289_290 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch), t38_39, t287_288);
+    t291_292 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch), t10_11, t289_290);
+    t293_294 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), both(R::constant(0.092)), t291_292);
+    // factors of the mass matrix
+    t295 = t223 * t160;
+    t296 = t224 * t160;
+    t297 = R::fused(t224, t296, t238);
+    t298 = R::fused(t223, t295, t228);
+    t299 = R::fused(-t223, t296, t232);
+    t300 = R::constant(1.0) / t297;
+    t301 = t299 * t300;
+    t302 = R::fused(-t299, t301, t298);
     // solved by the factors
-    t288_289 = R::Two::fused(t56_57, both(R::constant(-14.879267681260208)), t286_287);
-    t290_291 = R::Two::fused(-t70_71, t288_289, t284_285);
-    t292_293 = R::Two::fused(both(R::constant(-0.315)), t212_213, t286_287); // other
-    t294_295 = R::Two::fused(t90_91, both(R::constant(-14.879267681260208)), t292_293);
-    t296_297 = R::Two::fused(-t102_103, t288_289, t294_295);
-    t298_299 = R::Two::fused(-t122_123, t296_297, t290_291);
-    t300_301 = R::Two::fused(t151_152, both(R::constant(-14.879267681260208)), t222_223);
-    t302_303 = R::Two::fused(-t163_164, t288_289, t300_301);
-    t304_305 = R::Two::fused(-t179_180, t296_297, t302_303);
-    t306_307 = R::Two::fused(both(t201), t304_305, t298_299);
+    t303_304 = R::Two::fused(-both(t301), t259_260, t247_248);
+    t305_306 = R::Two::fused(both(t301), t261_262, t249_250);
+    t307 = R::constant(1.0) / t302; // factors of the mass matrix
     // other
-    t308_309 = t306_307 * t252_253;
-    t310_311 = R::Two::fused(-t304_305, t268_269, t308_309);
-    t312_313 = R::Two::fused(t296_297 * two(R::constant(-1.0), R::constant(1.0)), t272_273, t310_311);
-    t314_315 = R::Two::fused(t288_289 * two(R::constant(-1.0), R::constant(1.0)), t276_277, t312_313);
-    t316_317 = R::Two::fused(two(R::constant(2.231890152189031), R::constant(1.3391340913134187)), two(R::constant(-1.0), R::constant(1.0)), t314_315);
-    t318 = t316_317.first() * t282;
-    t319_320 = both(v_base_x) * t242_243;
-    t321_322 = R::Two::fused(both(v_base_z), t222_223, t319_320);
-    t323_324 = R::Two::fused(both(v_base_pitch), t292_293, t321_322);
-    t325_326 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch), t292_293, t323_324);
-    t327_328 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch), t286_287, t325_326);
-    t329_330 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), both(R::constant(0.092)), t327_328);
-    t331 = R::fused(-t264_265.first(), t318, t329_330.first());
-    t332_333 = both(t203) * t306_307;
-    t334_335 = t306_307 * t332_333;
-    t336_337 = both(t200) * t304_305;
-    t338_339 = R::Two::fused(t304_305, t336_337, t334_335);
-    t340_341 = t120_121 * t296_297;
-    t342_343 = R::Two::fused(t296_297, t340_341, t338_339);
-    t344_345 = t68_69 * t288_289;
-    t346_347 = R::Two::fused(t288_289, t344_345, t342_343);
-    t348_349 = t346_347 + both(R::constant(1.3688926266759391));
-    t350 = R::fused(-t316_317.first(), t318, t348_349.first());
-    t351 = R::constant(1.0) / t350;
-    t352 = t331 * t351;
-    t353 = t250_251.second() * t332_333.first();
-    t354 = R::fused(-t248_249.second(), t336_337.first(), t353);
-    t355 = t250_251.second() * t252_253.first();
-    t356 = R::fused(t248_249.second(), t268_269.first(), t355);
-    t357 = t356 * t282;
-    t358 = R::fused(-t316_317.first(), t357, t354);
-    t359 = t358 * t351;
-    t360 = R::fused(-t264_265.first(), t357, t264_265.second());
-    t361 = R::fused(-t331, t359, t360);
-    t362 = R::fused(-t356, t357, t280_281.second());
-    t363 = R::fused(-t358, t359, t362);
-    t364 = R::constant(1.0) / t363;
-    t365 = t361 * t364;
-    t366 = t306_307.second() * t252_253.first();
-    t367 = R::fused(-t304_305.second(), t268_269.first(), t366);
-    t368 = t367 * t282;
-    t369 = R::fused(-t356, t368, t316_317.second());
-    t370 = t306_307.second() * t332_333.first();
-    t371 = R::fused(t304_305.second(), t336_337.first(), t370);
-    t372 = R::fused(-t316_317.first(), t368, t371);
-    t373 = t372 * t351;
-    t374 = R::fused(-t358, t373, t369);
-    t375 = t374 * t364;
-    t376 = R::fused(-t264_265.first(), t368, t329_330.second());
-    t377 = R::fused(-t331, t373, t376);
-    t378 = R::fused(-t361, t375, t377);
-    t379 = R::fused(-t367, t368, t348_349.second());
-    t380 = R::fused(-t372, t373, t379);
-    t381 = R::fused(-t374, t375, t380);
+    t308_309 = both(t300) * t259_260;
+    t310_311 = both(t300) * t261_262;
+    t312_313 = both(t307) * t303_304;
+    t314_315 = both(t307) * t305_306;
+    t316_317 = t303_304 * t312_313;
+    t318_319 = R::Two::fused(t259_260, t308_309, t316_317);
+    t320_321 = R::Two::fused(t243_244, t275_276, t318_319);
+    t322_323 = R::Two::fused(t56_57, t279_280, t320_321);
+    t324_325 = t322_323 + two(R::constant(3.6389513350908116), R::constant(1.310022480632692));
+    t326_327 = t305_306 * t312_313;
+    t328_329 = R::Two::fused(-t261_262, t308_309, t326_327);
+    t330_331 = R::Two::fused(t245_246 * two(R::constant(-1.0), R::constant(1.0)), t275_276, t328_329);
+    t332_333 = R::Two::fused(t58_59 * two(R::constant(-1.0), R::constant(1.0)), t279_280, t330_331);
+    t334_335 = R::Two::fused(two(R::constant(2.231890152189031), R::constant(1.3391340913134187)), two(R::constant(-1.0), R::constant(1.0)), t332_333);
+    t336_337 = t305_306 * t314_315;
+    t338_339 = R::Two::fused(t261_262, t310_311, t336_337);
+    t340_341 = R::Two::fused(t245_246, t277_278, t338_339);
+    t342_343 = R::Two::fused(t58_59, t281_282, t340_341);
+    t344_345 = t342_343 + both(R::constant(1.3688926266759391));
+    t346 = t303_304.second() * t314_315.first();
+    t347 = t303_304.second() * t312_313.first();
+    t348 = R::fused(-t259_260.second(), t310_311.first(), t346);
+    t349 = R::fused(t259_260.second(), t308_309.first(), t347);
+    t350 = t305_306.second() * t312_313.first();
+    t351 = t305_306.second() * t314_315.first();
+    t352 = R::fused(-t261_262.second(), t308_309.first(), t350);
+    t353 = R::fused(t261_262.second(), t310_311.first(), t351);
+    t354 = R::constant(1.0) / t324_325.first();
+    t355 = t273_274.first() * t354;
+    t356 = t334_335.first() * t354;
+    t357 = t349 * t354;
+    t358 = t352 * t354;
+    t359 = R::fused(-t334_335.first(), t357, t348);
+    t360 = R::fused(-t349, t357, t324_325.second());
+    t361 = R::fused(-t349, t358, t334_335.second());
+    t362 = R::fused(-t334_335.first(), t358, t353);
+    t363 = R::fused(-t334_335.first(), t356, t344_345.first());
+    t364 = R::fused(-t352, t358, t344_345.second());
+    t365 = R::constant(1.0) / t363;
+    t366 = R::fused(-t273_274.first(), t356, t293_294.first());
+    t367 = R::fused(-t273_274.first(), t358, t293_294.second());
+    t368 = R::fused(-t273_274.first(), t357, t273_274.second());
+    t369 = t366 * t365;
+    t370 = t359 * t365;
+    t371 = t362 * t365;
+    t372 = R::fused(-t362, t371, t364);
+    t373 = R::fused(-t366, t370, t368);
+    t374 = R::fused(-t366, t371, t367);
+    t375 = R::fused(-t359, t370, t360);
+    t376 = R::fused(-t359, t371, t361);
+    t377 = R::constant(1.0) / t375;
+    t378 = t373 * t377;
+    t379 = t376 * t377;
+    t380 = R::fused(-t373, t379, t374);
+    t381 = R::fused(-t376, t379, t372);
     t382 = R::constant(1.0) / t381;
-    t383 = t378 * t382;
-    t384 = R::fused(-t375, t383, t365);
-    t385 = R::fused(-t359, t384, t352);
-    t386 = R::fused(-t373, t383, t385);
-    t387 = R::fused(-t318, t386, t283);
+    t383 = t380 * t382;
+    t384 = R::fused(-t379, t383, t378);
+    t385 = R::fused(-t370, t384, t369);
+    t386 = R::fused(-t371, t383, t385);
+    t387 = R::fused(-t356, t386, t355);
     t388 = R::fused(-t357, t384, t387);
-    t389 = R::fused(-t368, t383, t388);
-    t390 = t252_253.first() * t389;
-    t391 = R::fused(t332_333.first(), t386, t390);
-    t392 = R::fused(t252_253.second(), t384, t391);
-    t393 = R::fused(t332_333.second(), t383, t392);
-    t394 = v_base_x - t393;
-    t395 = t268_269.first() * t389;
-    t396 = R::fused(-t336_337.first(), t386, t395);
-    t397 = R::fused(t268_269.second(), t384, t396);
-    t398 = R::fused(-t336_337.second(), t383, t397);
-    t399 = R::fused(-t201, t393, t398); // solved by the factors
-    t400 = v_base_z + t399;
+    t389 = R::fused(-t358, t383, t388);
+    t390 = t275_276.second() * t384;
+    t391 = R::fused(t277_278.second(), t383, t390);
+    t392 = t275_276.first() * t389;
+    t393 = R::fused(-t277_278.first(), t386, t392);
+    t394 = t279_280.second() * t384;
+    t395 = R::fused(t281_282.second(), t383, t394);
+    t396 = t279_280.first() * t389;
+    t397 = R::fused(-t281_282.first(), t386, t396);
+    t398 = R::constant(14.555805340363246) * t384;
+    t399 = R::fused(R::constant(14.879267681260208), t383, t398);
+    t400 = t82_83.second() * t384;
     let (
         t401, t402, t403, t404, t405, t406, t407, t408, t409, t410, t411, t412, t413, t414, t415, t416, t417, t418,
         t419, t420, t421, t422, t423, t424, t425, t426, t427, t428, t429, t430, t431, t432, t433, t434, t435, t436,
         t437, t438, t439, t440, t441, t442, t443, t444, t445, t446, t447, t448, t449, t450, t451, t452, t453,
     );
-    t401 = t147 * t393; // solved by the factors
-    t402 = R::fused(-t191, t399, t401); // solved by the factors
-    t403 = v_base_pitch + t402;
-    t404 = t272_273.first() * t389;
-    t405 = R::fused(-t340_341.first(), t386, t404);
-    t406 = R::fused(t122_123.first(), t393, t405); // solved by the factors
-    t407 = R::fused(-t179_180.first(), t399, t406); // solved by the factors
-    t408 = t402 - t407; // solved by the factors
-    t409 = v_right_hip_pitch - t408;
-    t410 = t276_277.first() * t389;
-    t411 = R::fused(-t344_345.first(), t386, t410);
+    t401 = R::fused(-t84_85.second(), t383, -t400);
+    t402 = t84_85.second() * t384;
+    t403 = R::fused(-t82_83.second(), t383, t402);
+    t404 = t312_313.first() * t389;
+    t405 = R::fused(t314_315.first(), t386, t404);
+    t406 = R::fused(t312_313.second(), t384, t405);
+    t407 = R::fused(t314_315.second(), t383, t406);
     // solved by the factors
-    t412 = R::fused(t70_71.first(), t393, t411);
-    t413 = R::fused(-t163_164.first(), t399, t412);
-    t414 = R::fused(-t102_103.first(), t402, t413);
-    t415 = R::fused(t102_103.first(), t408, t414);
-    t416 = v_right_knee_pitch + t415; // other
-    t417 = R::constant(24.25967556727208) * t389; // other
-    t418 = R::fused(R::constant(-14.879267681260208), t386, t417); // other
-    t419 = R::fused(t28_29.first(), t393, t418);
-    t420 = R::fused(-t153_154.first(), t399, t419);
-    t421 = R::fused(-t92_93.first(), t402, t420);
-    t422 = R::fused(t92_93.first(), t408, t421);
-    t423 = R::fused(-t58_59.first(), t415, t422);
-    t424 = v_right_ankle_pitch + t423; // other
-    t425 = t272_273.second() * t384; // other
-    t426 = R::fused(t340_341.second(), t383, t425); // other
-    t427 = R::fused(-t122_123.second(), t393, t426);
-    t428 = R::fused(t179_180.second(), t399, t427);
-    t429 = t402 + t428;
-    t430 = v_left_hip_pitch - t429; // other
-    t431 = t276_277.second() * t384; // other
-    t432 = R::fused(t344_345.second(), t383, t431); // other
-    t433 = R::fused(-t70_71.second(), t393, t432);
-    t434 = R::fused(t163_164.second(), t399, t433);
-    t435 = R::fused(t102_103.second(), t402, t434);
-    t436 = R::fused(-t102_103.second(), t429, t435);
-    t437 = v_left_knee_pitch - t436; // other
-    t438 = R::constant(14.555805340363246) * t384; // other
-    t439 = R::fused(R::constant(14.879267681260208), t383, t438); // other
-    t440 = R::fused(-t28_29.second(), t393, t439);
-    t441 = R::fused(t153_154.second(), t399, t440);
-    t442 = R::fused(t92_93.second(), t402, t441);
-    t443 = R::fused(-t92_93.second(), t429, t442);
-    t444 = R::fused(-t58_59.second(), t436, t443);
+    t408 = t295 * t407;
+    t409 = R::fused(t225_226.first(), t407, t393);
+    t410 = R::fused(-t225_226.second(), t407, t391);
+    t411 = R::fused(t163_164.first(), t407, t397);
+    t412 = R::fused(-t163_164.second(), t407, t395);
+    t413 = R::fused(-t136_137.second(), t407, t399);
     // other
-    t445 = v_left_ankle_pitch - t444;
-    t446 = t222_223.first() * t389;
-    t447 = R::fused(-t242_243.first(), t386, -t446);
-    t448 = t242_243.first() * t389;
-    t449 = R::fused(-t222_223.first(), t386, t448);
-    t450 = t222_223.second() * t384;
-    t451 = R::fused(-t242_243.second(), t383, -t450);
-    t452 = t242_243.second() * t384;
-    t453 = R::fused(-t222_223.second(), t383, t452);
-    *out = [[t394, t400, t403, t409, t416, t424, t430, t437, t445, t447, t449, t451, t453]];
+    t414 = t308_309.first() * t389;
+    t415 = R::fused(-t310_311.first(), t386, t414);
+    t416 = R::fused(t308_309.second(), t384, t415);
+    t417 = R::fused(-t310_311.second(), t383, t416);
+    // solved by the factors
+    t418 = R::fused(-t301, t407, t417);
+    t419 = R::fused(-t296, t418, t408);
+    t420 = R::fused(-t229_230.first(), t418, t409);
+    t421 = R::fused(t229_230.second(), t418, t410);
+    t422 = R::fused(-t187_188.first(), t418, t411);
+    t423 = R::fused(t187_188.second(), t418, t412);
+    t424 = R::fused(t185_186.second(), t418, t413);
+    t425 = t419 - t420;
+    t426 = R::fused(-t140_141.first(), t419, t422);
+    t427 = t419 + t421;
+    t428 = R::fused(t140_141.second(), t419, t423);
+    t429 = R::fused(t98_99.second(), t419, t424);
+    t430 = R::fused(t140_141.first(), t425, t426);
+    t431 = R::fused(-t140_141.second(), t427, t428);
+    t432 = R::fused(-t98_99.second(), t427, t429);
+    t433 = v_left_hip_pitch - t427; // other
+    t434 = R::fused(-t42_43.second(), t431, t432);
+    // other
+    t435 = v_left_knee_pitch - t431;
+    t436 = v_left_ankle_pitch - t434;
+    t437 = R::constant(24.25967556727208) * t389;
+    t438 = R::fused(R::constant(-14.879267681260208), t386, t437);
+    t439 = R::fused(t136_137.first(), t407, t438); // solved by the factors
+    t440 = R::fused(-t185_186.first(), t418, t439); // solved by the factors
+    t441 = v_base_x - t407;
+    t442 = v_base_z + t418;
+    t443 = R::fused(-t98_99.first(), t419, t440); // solved by the factors
+    t444 = R::fused(t98_99.first(), t425, t443); // solved by the factors
+    t445 = R::fused(-t42_43.first(), t430, t444); // solved by the factors
+    t446 = t82_83.first() * t389;
+    t447 = t84_85.first() * t389;
+    t448 = R::fused(-t84_85.first(), t386, -t446);
+    t449 = R::fused(-t82_83.first(), t386, t447);
+    t450 = v_base_pitch + t419;
+    t451 = v_right_hip_pitch - t425;
+    t452 = v_right_knee_pitch + t430;
+    t453 = v_right_ankle_pitch + t445;
+    *out = [[t441, t442, t450, t451, t452, t453, t433, t435, t436, t448, t449, t401, t403]];
 }
 }
 
@@ -479,309 +487,313 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
         q_left_ankle_pitch, q_base_pitch,
     ]);
     let (
-        t0_1, t2_3, t4_5, t6_7, t8_9, t10_11, t12_13, t14_15, t16_17, t18_19, t20_21, t22_23, t24_25, t26_27, t28_29,
-        t30, t31, t32_33, t34_35, t36_37, t38_39, t40_41, t42_43, t44_45, t46_47, t48_49, t50_51, t52_53, t54_55,
-        t56_57, t58_59, t60_61, t62_63, t64_65, t66_67, t68_69, t70_71, t72, t73, t74_75, t76_77, t78_79, t80_81,
-        t82_83, t84_85, t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105, t106_107,
-        t108_109, t110_111, t112_113, t114_115, t116_117, t118_119, t120_121, t122_123, t124, t125, t126, t127, t128,
-        t129, t130, t131, t132, t133, t134, t135, t136, t137, t138, t139, t140, t141, t142, t143, t144, t145, t146,
-        t147, t148, t149_150, t151_152, t153_154, t155, t156, t157_158, t159_160, t161_162, t163_164, t165, t166,
-        t167_168, t169_170, t171_172, t173_174, t175_176, t177_178, t179_180, t181, t182, t183, t184, t185, t186, t187,
-        t188, t189, t190, t191, t192, t193, t194, t195, t196, t197, t198, t199, t200, t201, t202, t203, t204_205,
-        t206_207, t208_209, t210_211, t212_213, t214_215, t216_217, t218_219, t220_221, t222_223, t224_225, t226_227,
-        t228_229, t230_231, t232_233, t234_235, t236_237, t238_239, t240_241, t242_243, t244_245, t246_247, t248_249,
+        t0_1, t2_3, t4_5, t6_7, t8_9, t10_11, t12, t13_14, t15_16, t17_18, t19_20, t21, t22_23, t24_25, t26_27, t28_29,
+        t30_31, t32_33, t34_35, t36_37, t38_39, t40_41, t42, t43_44, t45_46, t47_48, t49_50, t51_52, t53_54, t55_56,
+        t57_58, t59_60, t61_62, t63_64, t65_66, t67_68, t69_70, t71_72, t73_74, t75_76, t77_78, t79_80, t81_82, t83_84,
+        t85_86, t87_88, t89_90, t91_92, t93_94, t95_96, t97_98, t99_100, t101_102, t103_104, t105_106, t107_108,
+        t109_110, t111_112, t113_114, t115_116, t117_118, t119_120, t121_122, t123_124, t125_126, t127_128, t129_130,
+        t131_132, t133_134, t135_136, t137_138, t139_140, t141_142, t143_144, t145_146, t147, t148, t149, t150,
+        t151_152, t153_154, t155, t156, t157_158, t159_160, t161_162, t163, t164, t165_166, t167_168, t169, t170, t171,
+        t172, t173, t174, t175, t176, t177, t178, t179_180, t181, t182, t183, t184, t185, t186, t187, t188, t189,
+        t190_191, t192, t193, t194_195, t196_197, t198_199, t200_201, t202, t203, t204_205, t206_207, t208, t209, t210,
+        t211, t212, t213, t214, t215, t216, t217, t218, t219, t220_221, t222_223, t224_225, t226_227, t228_229,
+        t230_231, t232_233, t234_235, t236_237, t238, t239, t240, t241, t242_243, t244_245, t246_247, t248_249,
         t250_251, t252_253, t254_255, t256_257, t258_259, t260_261, t262_263, t264_265, t266_267, t268_269, t270_271,
-        t272_273, t274_275, t276_277, t278_279, t280_281, t282, t283, t284_285, t286_287, t288_289, t290_291, t292_293,
-        t294_295, t296_297, t298_299, t300_301, t302_303, t304_305, t306_307, t308_309, t310_311, t312_313, t314_315,
-        t316_317, t318, t319_320, t321_322, t323_324, t325_326, t327_328, t329_330, t331, t332_333, t334_335, t336_337,
-        t338_339, t340_341, t342_343, t344_345, t346_347, t348_349, t350, t351, t352, t353, t354, t355, t356, t357,
-        t358, t359, t360, t361, t362, t363, t364, t365, t366, t367, t368, t369, t370, t371, t372, t373, t374, t375,
-        t376, t377, t378, t379, t380, t381, t382, t383, t384, t385, t386, t387, t388, t389, t390, t391, t392_393,
-        t394_395, t396, t397, t398, t399_400, t401_402, t403, t404,
+        t272_273, t274_275, t276_277, t278_279, t280_281, t282_283, t284_285, t286_287, t288_289, t290_291, t292_293,
+        t294_295, t296, t297, t298, t299, t300, t301, t302_303, t304, t305, t306, t307, t308, t309, t310, t311, t312,
+        t313, t314, t315_316, t317_318, t319, t320, t321_322, t323_324, t325, t326_327, t328_329, t330, t331_332,
+        t333_334, t335_336, t337_338, t339_340, t341_342, t343_344, t345_346, t347_348, t349_350, t351_352, t353_354,
+        t355_356, t357_358, t359_360, t361, t362, t363, t364, t365, t366, t367, t368, t369_370, t371_372, t373_374,
+        t375, t376_377, t378, t379, t380, t381, t382, t383, t384, t385, t386, t387, t388, t389, t390, t391, t392, t393,
+        t394, t395, t396, t397, t398, t399, t400, t401, t402, t403, t404,
     );
     // right_foot, left_foot: sums of what it carries
-    t0_1 = both(R::constant(0.0399)) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t2_3 = R::Two::fused(both(R::constant(-0.0154)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t0_1);
-    t4_5 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2_3; // right_foot, left_foot: mass matrix
-    t6_7 = both(R::constant(0.0399)) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    t8_9 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t6_7);
-    // right_foot, left_foot: mass matrix
-    t10_11 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t8_9, t4_5);
-    t12_13 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t10_11;
-    t14_15 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2_3;
-    t16_17 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t8_9, t14_15);
-    t18_19 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t16_17, t12_13);
-    t20_21 = both(sin_q_base_pitch) * t18_19;
-    t22_23 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t10_11;
-    t24_25 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t16_17, t22_23);
-    t26_27 = R::Two::fused(both(cos_q_base_pitch), t24_25, t20_21);
-    // factors of the mass matrix
-    t28_29 = t26_27 * both(R::constant(161.73117044848053));
-    t30 = R::fused(-t26_27.second(), t28_29.second(), R::constant(19.0));
-    t31 = R::fused(-t26_27.first(), t28_29.first(), t30);
-    t32_33 = both(R::constant(0.3111)) + t8_9; // right_foot, left_foot: sums of what it carries
-    t34_35 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t32_33; // right_lower_leg, left_lower_leg
-    t36_37 = both(R::constant(0.008)) - t2_3; // right_foot, left_foot: sums of what it carries
-    t38_39 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t36_37, t34_35);
-    t40_41 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t38_39; // right_lower_leg, left_lower_leg: mass matrix
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t42_43 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t32_33;
-    t44_45 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t36_37, t42_43);
-    // right_lower_leg, left_lower_leg: mass matrix
-    t46_47 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t44_45, t40_41);
-    t48_49 = both(sin_q_base_pitch) * t46_47;
-    t50_51 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t38_39;
-    t52_53 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t44_45, t50_51);
-    t54_55 = R::Two::fused(both(cos_q_base_pitch), t52_53, t48_49);
-    t56_57 = R::Two::fused(both(R::constant(0.273)), t8_9, both(R::constant(0.0061831))); // right_foot, left_foot
-    // factors of the mass matrix
-    t58_59 = t56_57 * both(R::constant(161.73117044848053));
-    t60_61 = R::Two::fused(-t26_27, t58_59, t54_55);
+    t0_1 = both(R::constant(0.0399)) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t2_3 = both(R::constant(0.0399)) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    // other
+    t4_5 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t6_7 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t8_9 = R::Two::fused(both(R::constant(0.273)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.15), R::constant(0.03)));
+    t10_11 = R::Two::fused(both(R::constant(0.273)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.092)));
+    t12 = v_base_pitch + v_left_hip_pitch; // left_upper_leg: motion
     // right_foot, left_foot: sums of what it carries
-    t62_63 = R::Two::fused(both(R::constant(0.546)), t8_9, both(R::constant(0.0061831)));
-    t64_65 = both(R::constant(0.07325338333)) + t62_63;
-    // factors of the mass matrix
-    t66_67 = R::Two::fused(-t56_57, t58_59, t64_65);
-    t68_69 = both(R::constant(1.0)) / t66_67;
-    t70_71 = t60_61 * t68_69;
-    t72 = R::fused(-t60_61.second(), t70_71.second(), t31);
-    t73 = R::fused(-t60_61.first(), t70_71.first(), t72);
-    t74_75 = both(R::constant(0.8355)) + t44_45; // right_lower_leg, left_lower_leg: sums of what it carries
-    t76_77 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t74_75; // right_upper_leg, left_upper_leg
-    t78_79 = both(R::constant(0.012)) - t38_39; // right_lower_leg, left_lower_leg: sums of what it carries
-    t80_81 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t78_79, t76_77);
-    t82_83 = both(sin_q_base_pitch) * t80_81; // right_upper_leg, left_upper_leg: mass matrix
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t84_85 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t74_75;
-    t86_87 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t78_79, t84_85);
-    t88_89 = R::Two::fused(-both(cos_q_base_pitch), t86_87, t82_83); // right_upper_leg, left_upper_leg: mass matrix
-    t90_91 = R::Two::fused(both(R::constant(-0.315)), t16_17, t56_57); // right_foot, left_foot: mass matrix
-    // factors of the mass matrix
-    t92_93 = t90_91 * both(R::constant(161.73117044848053));
-    t94_95 = t26_27 * t92_93;
-    t96_97 = t88_89 - t94_95;
-    t98_99 = R::Two::fused(both(R::constant(0.315)), t44_45, t64_65); // right_lower_leg, left_lower_leg: mass matrix
-    t100_101 = R::Two::fused(-t90_91, t58_59, t98_99);
-    t102_103 = t100_101 * t68_69;
-    t104_105 = t60_61 * t102_103;
-    t106_107 = t96_97 - t104_105;
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t108_109 = R::Two::fused(both(R::constant(0.63)), t44_45, t64_65);
-    t110_111 = both(R::constant(0.231642)) + t108_109;
-    // factors of the mass matrix
-    t112_113 = t90_91 * t92_93;
-    t114_115 = t110_111 - t112_113;
-    t116_117 = t100_101 * t102_103;
-    t118_119 = t114_115 - t116_117;
-    t120_121 = both(R::constant(1.0)) / t118_119;
-    t122_123 = t106_107 * t120_121;
-    t124 = R::fused(-t106_107.second(), t122_123.second(), t73);
-    t125 = R::fused(-t106_107.first(), t122_123.first(), t124);
-    t126 = R::constant(2.4915000028) - t86_87.second(); // left_upper_leg: sums of what it carries
-    t127 = t126 - t86_87.first(); // right_upper_leg: sums of what it carries
-    t128 = cos_q_base_pitch * t127; // torso: sums of what it carries
-    t129 = R::constant(0.22408000024) + t80_81.second(); // left_upper_leg: sums of what it carries
-    t130 = t129 + t80_81.first(); // right_upper_leg: sums of what it carries
-    t131 = R::fused(sin_q_base_pitch, t130, t128); // torso: sums of what it carries
-    t132 = t131 - t94_95.second();
-    t133 = t132 - t94_95.first();
-    t134 = t133 - t104_105.second();
-    t135 = t134 - t104_105.first();
-    t136 = t106_107.second() - t135;
-    t137 = t106_107.first() + t136;
-    t138 = R::constant(0.8044641474534446) + t110_111.second(); // left_upper_leg: sums of what it carries
-    t139 = t110_111.first() + t138; // right_upper_leg: sums of what it carries
-    t140 = t139 - t112_113.second();
-    t141 = t140 - t112_113.first();
-    t142 = t141 - t116_117.second();
-    t143 = t142 - t116_117.first();
-    t144 = t118_119.second() - t143;
-    t145 = t118_119.first() + t144;
-    t146 = R::constant(1.0) / t145;
-    t147 = t137 * t146;
-    t148 = R::fused(t137, t147, t125);
+    t13_14 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t0_1);
+    t15_16 = R::Two::fused(both(R::constant(-0.0154)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2_3);
+    // other
+    t17_18 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t4_5);
+    t19_20 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t6_7);
+    t21 = t12 + v_left_knee_pitch; // left_lower_leg: motion
+    t22_23 = both(R::constant(0.3111)) + t13_14; // right_foot, left_foot: sums of what it carries
+    t24_25 = R::Two::fused(both(R::constant(0.273)), t13_14, both(R::constant(0.0061831))); // right_foot, left_foot
+    // right_foot, left_foot: sums of what it carries
+    t26_27 = R::Two::fused(both(R::constant(0.546)), t13_14, both(R::constant(0.0061831)));
+    t28_29 = both(R::constant(0.008)) - t15_16;
     // right_foot, left_foot: mass matrix
-    t149_150 = both(cos_q_base_pitch) * t18_19;
-    t151_152 = R::Two::fused(-both(sin_q_base_pitch), t24_25, t149_150);
-    // factors of the mass matrix
-    t153_154 = t151_152 * both(R::constant(161.73117044848053));
-    t155 = t26_27.second() * t153_154.second();
-    t156 = R::fused(t26_27.first(), t153_154.first(), t155);
+    t30_31 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t15_16;
+    t32_33 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t15_16;
+    // other
+    t34_35 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t17_18;
+    t36_37 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t17_18;
+    t38_39 = R::Two::fused(both(R::constant(0.315)), t17_18, t8_9);
+    t40_41 = R::Two::fused(both(R::constant(-0.315)), t19_20, t10_11);
+    t42 = t21 + v_left_ankle_pitch; // left_foot: motion
+    t43_44 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t22_23; // right_lower_leg, left_lower_leg
+    // right_foot, left_foot: mass matrix
+    t45_46 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t13_14, t32_33);
+    t47_48 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t13_14, t30_31);
+    t49_50 = t24_25 * both(R::constant(161.73117044848053)); // factors of the mass matrix
+    t51_52 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t22_23; // right_lower_leg, left_lower_leg
+    t53_54 = both(R::constant(0.07325338333)) + t26_27; // right_foot, left_foot: sums of what it carries
+    // other
+    t55_56 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t19_20, t34_35);
+    t57_58 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t19_20, t36_37);
+    t59_60 = R::Two::fused(t24_25, two(R::constant(-24.25967556727208), R::constant(-4.851935113454416)), t8_9);
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t61_62 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t28_29, t43_44);
+    t63_64 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t28_29, t51_52);
+    // right_foot, left_foot: mass matrix
+    t65_66 = R::Two::fused(both(R::constant(-0.315)), t47_48, t24_25);
+    t67_68 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t45_46;
+    t69_70 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t45_46;
+    t71_72 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t47_48, t67_68);
+    t73_74 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t47_48, t69_70);
+    t75_76 = R::Two::fused(-t24_25, t49_50, t53_54); // factors of the mass matrix
+    t77_78 = R::Two::fused(t24_25, both(R::constant(-14.879267681260208)), t10_11); // solved by the factors
+    t79_80 = both(R::constant(1.0)) / t75_76; // factors of the mass matrix
     // right_lower_leg, left_lower_leg: mass matrix
-    t157_158 = both(cos_q_base_pitch) * t46_47;
-    t159_160 = R::Two::fused(-both(sin_q_base_pitch), t52_53, t157_158);
+    t81_82 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t63_64;
+    t83_84 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t61_62, t81_82);
+    t85_86 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t63_64;
+    t87_88 = both(R::constant(0.012)) - t63_64; // right_lower_leg, left_lower_leg: sums of what it carries
+    t89_90 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t61_62, t85_86);
+    t91_92 = both(R::constant(0.8355)) + t61_62; // right_lower_leg, left_lower_leg: sums of what it carries
+    t93_94 = t65_66 * both(R::constant(161.73117044848053)); // factors of the mass matrix
+    t95_96 = R::Two::fused(both(R::constant(0.315)), t61_62, t53_54);
+    t97_98 = R::Two::fused(both(R::constant(0.63)), t61_62, t53_54); // right_lower_leg, left_lower_leg
+    t99_100 = R::Two::fused(-t65_66, t49_50, t95_96); // factors of the mass matrix
+    t101_102 = both(R::constant(0.231642)) + t97_98; // right_lower_leg, left_lower_leg: sums of what it carries
+    // right_foot, left_foot: mass matrix
+    t103_104 = both(sin_q_base_pitch) * t71_72;
+    t105_106 = both(cos_q_base_pitch) * t71_72;
+    t107_108 = R::Two::fused(both(cos_q_base_pitch), t73_74, t103_104);
+    t109_110 = R::Two::fused(-both(sin_q_base_pitch), t73_74, t105_106);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t111_112 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t91_92;
+    t113_114 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t91_92;
+    t115_116 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t87_88, t111_112);
+    t117_118 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t87_88, t113_114);
+    // right_lower_leg, left_lower_leg: mass matrix
+    t119_120 = both(sin_q_base_pitch) * t83_84;
+    t121_122 = both(cos_q_base_pitch) * t83_84;
+    t123_124 = R::Two::fused(both(cos_q_base_pitch), t89_90, t119_120);
+    t125_126 = R::Two::fused(-both(sin_q_base_pitch), t89_90, t121_122);
     // factors of the mass matrix
-    t161_162 = R::Two::fused(-t151_152, t58_59, t159_160);
-    t163_164 = t161_162 * t68_69;
-    t165 = R::fused(t60_61.second(), t163_164.second(), t156);
-    t166 = R::fused(t60_61.first(), t163_164.first(), t165);
+    t127_128 = R::Two::fused(-t107_108, t49_50, t123_124);
+    t129_130 = R::Two::fused(-t109_110, t49_50, t125_126);
+    t131_132 = t99_100 * t79_80;
+    t133_134 = t99_100 * t131_132;
+    t135_136 = t107_108 * both(R::constant(161.73117044848053));
+    t137_138 = t107_108 * t93_94;
+    t139_140 = t65_66 * t93_94;
     // right_upper_leg, left_upper_leg: mass matrix
-    t167_168 = both(cos_q_base_pitch) * t80_81;
-    t169_170 = R::Two::fused(both(sin_q_base_pitch), t86_87, t167_168);
+    t141_142 = both(sin_q_base_pitch) * t115_116;
+    t143_144 = R::Two::fused(-both(cos_q_base_pitch), t117_118, t141_142);
+    t145_146 = t143_144 - t137_138; // factors of the mass matrix
+    t147 = R::constant(2.4915000028) - t117_118.second(); // left_upper_leg: sums of what it carries
+    t148 = t147 - t117_118.first(); // right_upper_leg: sums of what it carries
     // factors of the mass matrix
-    t171_172 = t151_152 * t92_93;
-    t173_174 = t169_170 - t171_172;
-    t175_176 = t161_162 * t102_103;
-    t177_178 = t173_174 - t175_176;
-    t179_180 = t177_178 * t120_121;
-    t181 = R::fused(t106_107.second(), t179_180.second(), t166);
-    t182 = R::fused(t106_107.first(), t179_180.first(), t181);
-    t183 = sin_q_base_pitch * t127; // torso: sums of what it carries
-    t184 = R::fused(-cos_q_base_pitch, t130, t183); // torso: sums of what it carries
-    t185 = t184 + t171_172.second();
-    t186 = t185 + t171_172.first();
-    t187 = t186 + t175_176.second();
-    t188 = t187 + t175_176.first();
-    t189 = t177_178.second() + t188;
-    t190 = t177_178.first() + t189;
-    t191 = t190 * t146;
-    t192 = R::fused(-t137, t191, t182);
-    t193 = R::fused(-t151_152.second(), t153_154.second(), R::constant(19.0));
-    t194 = R::fused(-t151_152.first(), t153_154.first(), t193);
-    t195 = R::fused(-t161_162.second(), t163_164.second(), t194);
-    t196 = R::fused(-t161_162.first(), t163_164.first(), t195);
-    t197 = R::fused(-t177_178.second(), t179_180.second(), t196);
-    t198 = R::fused(-t177_178.first(), t179_180.first(), t197);
-    t199 = R::fused(t190, t191, t198);
-    t200 = R::constant(1.0) / t199;
-    t201 = t192 * t200;
-    t202 = R::fused(-t192, t201, t148);
-    t203 = R::constant(1.0) / t202;
+    t149 = R::fused(-t107_108.second(), t135_136.second(), R::constant(19.0));
+    t150 = R::fused(-t107_108.first(), t135_136.first(), t149);
+    t151_152 = t101_102 - t139_140;
+    t153_154 = t151_152 - t133_134;
+    t155 = R::constant(0.22408000024) + t115_116.second(); // left_upper_leg: sums of what it carries
+    t156 = t155 + t115_116.first(); // right_upper_leg: sums of what it carries
+    // right_upper_leg, left_upper_leg: mass matrix
+    t157_158 = both(cos_q_base_pitch) * t115_116;
+    t159_160 = R::Two::fused(both(sin_q_base_pitch), t117_118, t157_158);
+    // factors of the mass matrix
+    t161_162 = t127_128 * t79_80;
+    t163 = R::fused(-t127_128.second(), t161_162.second(), t150);
+    t164 = R::fused(-t127_128.first(), t161_162.first(), t163);
+    t165_166 = t127_128 * t131_132;
+    t167_168 = t145_146 - t165_166;
+    // torso: sums of what it carries
+    t169 = cos_q_base_pitch * t148;
+    t170 = sin_q_base_pitch * t148;
+    t171 = R::fused(sin_q_base_pitch, t156, t169);
+    t172 = R::fused(-cos_q_base_pitch, t156, t170);
+    // factors of the mass matrix
+    t173 = t171 - t137_138.second();
+    t174 = t173 - t137_138.first();
+    t175 = t174 - t165_166.second();
+    t176 = t175 - t165_166.first();
+    t177 = t167_168.second() - t176;
+    t178 = t167_168.first() + t177;
+    t179_180 = both(R::constant(1.0)) / t153_154;
+    t181 = R::constant(0.8044641474534446) + t101_102.second(); // left_upper_leg: sums of what it carries
+    t182 = t101_102.first() + t181; // right_upper_leg: sums of what it carries
+    t183 = t182 - t139_140.second();
+    t184 = t183 - t139_140.first();
+    t185 = t184 - t133_134.second();
+    t186 = t185 - t133_134.first();
+    t187 = t153_154.second() - t186;
+    t188 = t153_154.first() + t187;
+    t189 = R::constant(1.0) / t188;
+    t190_191 = t167_168 * t179_180;
+    t192 = R::fused(-t167_168.second(), t190_191.second(), t164);
+    t193 = R::fused(-t167_168.first(), t190_191.first(), t192);
+    t194_195 = t109_110 * both(R::constant(161.73117044848053));
+    t196_197 = t129_130 * t79_80;
+    t198_199 = t109_110 * t93_94;
+    t200_201 = t159_160 - t198_199;
+    t202 = t172 + t198_199.second();
+    t203 = t202 + t198_199.first();
+    t204_205 = t129_130 * t131_132;
+    t206_207 = t200_201 - t204_205;
+    t208 = t203 + t204_205.second();
+    t209 = t208 + t204_205.first();
+    t210 = t206_207.second() + t209;
+    t211 = t206_207.first() + t210;
+    t212 = t107_108.second() * t194_195.second();
+    t213 = R::fused(t107_108.first(), t194_195.first(), t212);
+    t214 = R::fused(t127_128.second(), t196_197.second(), t213);
+    t215 = R::fused(t127_128.first(), t196_197.first(), t214);
+    t216 = R::fused(-t109_110.second(), t194_195.second(), R::constant(19.0));
+    t217 = R::fused(-t109_110.first(), t194_195.first(), t216);
+    t218 = R::fused(-t129_130.second(), t196_197.second(), t217);
+    t219 = R::fused(-t129_130.first(), t196_197.first(), t218);
     // other
-    t204_205 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t206_207 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t204_205);
-    t208_209 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t206_207;
-    t210_211 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t212_213 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t210_211);
-    t214_215 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t212_213, t208_209);
-    t216_217 = both(cos_q_base_pitch) * t214_215;
-    t218_219 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t206_207;
-    t220_221 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t212_213, t218_219);
-    t222_223 = R::Two::fused(-both(sin_q_base_pitch), t220_221, t216_217);
-    t224_225 = R::Two::fused(t26_27, two(R::constant(24.25967556727208), R::constant(4.851935113454416)), t222_223);
-    t226_227 = R::Two::fused(both(R::constant(0.273)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.15), R::constant(0.03)));
+    t220_221 = both(cos_q_base_pitch) * t55_56;
+    t222_223 = both(sin_q_base_pitch) * t55_56;
+    t224_225 = R::Two::fused(-both(sin_q_base_pitch), t57_58, t220_221);
+    t226_227 = R::Two::fused(both(cos_q_base_pitch), t57_58, t222_223);
     // solved by the factors
-    t228_229 = R::Two::fused(t56_57, two(R::constant(-24.25967556727208), R::constant(-4.851935113454416)), t226_227);
-    t230_231 = R::Two::fused(t70_71, t228_229, t224_225);
-    t232_233 = R::Two::fused(both(R::constant(0.315)), t206_207, t226_227); // other
-    t234_235 = R::Two::fused(t90_91, two(R::constant(-24.25967556727208), R::constant(-4.851935113454416)), t232_233);
-    t236_237 = R::Two::fused(-t102_103, t228_229, t234_235);
-    t238_239 = R::Two::fused(t122_123, t236_237, t230_231);
+    t228_229 = R::Two::fused(t65_66, two(R::constant(-24.25967556727208), R::constant(-4.851935113454416)), t38_39);
+    t230_231 = R::Two::fused(t65_66, both(R::constant(-14.879267681260208)), t40_41);
+    t232_233 = R::Two::fused(-t131_132, t59_60, t228_229);
+    t234_235 = R::Two::fused(-t131_132, t77_78, t230_231);
+    // factors of the mass matrix
+    t236_237 = t206_207 * t179_180;
+    t238 = R::fused(t167_168.second(), t236_237.second(), t215);
+    t239 = R::fused(t167_168.first(), t236_237.first(), t238);
+    t240 = R::fused(-t206_207.second(), t236_237.second(), t219);
+    t241 = R::fused(-t206_207.first(), t236_237.first(), t240);
     // other
-    t240_241 = both(sin_q_base_pitch) * t214_215;
-    t242_243 = R::Two::fused(both(cos_q_base_pitch), t220_221, t240_241);
+    t242_243 = t79_80 * t59_60;
+    t244_245 = t79_80 * t77_78;
     // solved by the factors
-    t244_245 = R::Two::fused(t151_152, two(R::constant(-24.25967556727208), R::constant(-4.851935113454416)), t242_243);
-    t246_247 = R::Two::fused(-t163_164, t228_229, t244_245);
-    t248_249 = R::Two::fused(-t179_180, t236_237, t246_247);
-    t250_251 = R::Two::fused(-both(t201), t248_249, t238_239);
+    t246_247 = R::Two::fused(t107_108, two(R::constant(24.25967556727208), R::constant(4.851935113454416)), t224_225);
+    t248_249 = R::Two::fused(t107_108, both(R::constant(-14.879267681260208)), t226_227);
+    t250_251 = R::Two::fused(t161_162, t59_60, t246_247);
+    t252_253 = R::Two::fused(-t161_162, t77_78, t248_249);
+    t254_255 = R::Two::fused(t190_191, t232_233, t250_251);
+    t256_257 = R::Two::fused(-t190_191, t234_235, t252_253);
+    t258_259 = R::Two::fused(t109_110, two(R::constant(-24.25967556727208), R::constant(-4.851935113454416)), t226_227);
+    t260_261 = R::Two::fused(t109_110, both(R::constant(-14.879267681260208)), t224_225);
+    t262_263 = R::Two::fused(-t196_197, t59_60, t258_259);
+    t264_265 = R::Two::fused(-t196_197, t77_78, t260_261);
+    t266_267 = R::Two::fused(-t236_237, t232_233, t262_263);
+    t268_269 = R::Two::fused(-t236_237, t234_235, t264_265);
     // other
-    t252_253 = both(t203) * t250_251;
-    t254_255 = both(v_base_x) * t222_223;
-    t256_257 = R::Two::fused(-both(v_base_z), t242_243, t254_255);
-    t258_259 = R::Two::fused(-both(v_base_pitch), t232_233, t256_257);
-    t260_261 = R::Two::fused(-two(v_right_hip_pitch, v_left_hip_pitch), t232_233, t258_259);
-    t262_263 = R::Two::fused(-two(v_right_knee_pitch, v_left_knee_pitch), t226_227, t260_261);
-    t264_265 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), two(R::constant(-0.15), R::constant(-0.03)), t262_263);
-    t266_267 = t250_251 * t252_253;
-    t268_269 = both(t200) * t248_249;
-    t270_271 = R::Two::fused(t248_249, t268_269, t266_267);
-    t272_273 = t120_121 * t236_237;
-    t274_275 = R::Two::fused(t236_237, t272_273, t270_271);
-    t276_277 = t68_69 * t228_229;
-    t278_279 = R::Two::fused(t228_229, t276_277, t274_275);
-    t280_281 = t278_279 + two(R::constant(3.6389513350908116), R::constant(0.14555805340363245));
-    t282 = R::constant(1.0) / t280_281.first();
-    t283 = t264_265.first() * t282;
-    t284_285 = R::Two::fused(t26_27, both(R::constant(-14.879267681260208)), t242_243); // solved by the factors
-    t286_287 = R::Two::fused(both(R::constant(0.273)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.092)));
+    t270_271 = both(v_base_x) * t224_225;
+    t272_273 = R::Two::fused(-both(v_base_z), t226_227, t270_271);
+    t274_275 = R::Two::fused(-both(v_base_pitch), t38_39, t272_273);
+    t276_277 = R::Two::fused(-two(v_right_hip_pitch, v_left_hip_pitch), t38_39, t274_275);
+    t278_279 = R::Two::fused(-two(v_right_knee_pitch, v_left_knee_pitch), t8_9, t276_277);
+    t280_281 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), two(R::constant(-0.15), R::constant(-0.03)), t278_279);
+    t282_283 = t179_180 * t232_233;
+    t284_285 = both(v_base_x) * t226_227;
+    t286_287 = R::Two::fused(both(v_base_z), t224_225, t284_285);
+    t288_289 = R::Two::fused(both(v_base_pitch), t40_41, t286_287);
+    t290_291 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch), t40_41, t288_289);
+    t292_293 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch), t10_11, t290_291);
+    t294_295 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), both(R::constant(0.092)), t292_293);
+    // factors of the mass matrix
+    t296 = t178 * t189;
+    t297 = t211 * t189;
+    t298 = R::fused(t211, t297, t241);
+    t299 = R::fused(t178, t296, t193);
+    t300 = R::fused(-t178, t297, t239);
+    t301 = R::constant(1.0) / t298;
+    t302_303 = t179_180 * t234_235; // other
+    t304 = R::constant(1.0) - t49_50.second(); // solved by the factors
+    t305 = t79_80.second() * t304; // other
+    t306 = R::constant(1.0) - t93_94.second(); // solved by the factors
+    t307 = R::fused(-t131_132.second(), t304, t306); // solved by the factors
+    t308 = t179_180.second() * t307; // other
     // solved by the factors
-    t288_289 = R::Two::fused(t56_57, both(R::constant(-14.879267681260208)), t286_287);
-    t290_291 = R::Two::fused(-t70_71, t288_289, t284_285);
-    t292_293 = R::Two::fused(both(R::constant(-0.315)), t212_213, t286_287); // other
-    t294_295 = R::Two::fused(t90_91, both(R::constant(-14.879267681260208)), t292_293);
-    t296_297 = R::Two::fused(-t102_103, t288_289, t294_295);
-    t298_299 = R::Two::fused(-t122_123, t296_297, t290_291);
-    t300_301 = R::Two::fused(t151_152, both(R::constant(-14.879267681260208)), t222_223);
-    t302_303 = R::Two::fused(-t163_164, t288_289, t300_301);
-    t304_305 = R::Two::fused(-t179_180, t296_297, t302_303);
-    t306_307 = R::Two::fused(both(t201), t304_305, t298_299);
+    t309 = R::fused(t161_162.second(), t304, t135_136.second());
+    t310 = R::fused(t190_191.second(), t307, t309);
+    t311 = R::fused(t196_197.second(), t304, t194_195.second());
+    t312 = R::fused(t236_237.second(), t307, t311);
+    t313 = t300 * t301; // factors of the mass matrix
+    t314 = R::fused(-t300, t313, t299); // factors of the mass matrix
+    t315_316 = R::Two::fused(-both(t313), t266_267, t254_255);
+    t317_318 = R::Two::fused(both(t313), t268_269, t256_257);
+    t319 = R::fused(t313, t312, t310);
+    t320 = R::constant(1.0) / t314; // factors of the mass matrix
     // other
-    t308_309 = t306_307 * t252_253;
-    t310_311 = R::Two::fused(-t304_305, t268_269, t308_309);
-    t312_313 = R::Two::fused(-t296_297, t272_273, t310_311);
-    t314_315 = R::Two::fused(-t288_289, t276_277, t312_313);
-    t316_317 = t314_315 - two(R::constant(2.231890152189031), R::constant(0.4463780304378062));
-    t318 = t316_317.first() * t282;
-    t319_320 = both(v_base_x) * t242_243;
-    t321_322 = R::Two::fused(both(v_base_z), t222_223, t319_320);
-    t323_324 = R::Two::fused(both(v_base_pitch), t292_293, t321_322);
-    t325_326 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch), t292_293, t323_324);
-    t327_328 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch), t286_287, t325_326);
-    t329_330 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), both(R::constant(0.092)), t327_328);
-    t331 = R::fused(-t264_265.first(), t318, t329_330.first());
-    t332_333 = both(t203) * t306_307;
-    t334_335 = t306_307 * t332_333;
-    t336_337 = both(t200) * t304_305;
-    t338_339 = R::Two::fused(t304_305, t336_337, t334_335);
-    t340_341 = t120_121 * t296_297;
-    t342_343 = R::Two::fused(t296_297, t340_341, t338_339);
-    t344_345 = t68_69 * t288_289;
-    t346_347 = R::Two::fused(t288_289, t344_345, t342_343);
-    t348_349 = t346_347 + both(R::constant(1.3688926266759391));
-    t350 = R::fused(-t316_317.first(), t318, t348_349.first());
-    t351 = R::constant(1.0) / t350;
-    t352 = t331 * t351;
-    t353 = t250_251.second() * t332_333.first();
-    t354 = R::fused(-t248_249.second(), t336_337.first(), t353);
-    t355 = t250_251.second() * t252_253.first();
-    t356 = R::fused(t248_249.second(), t268_269.first(), t355);
-    t357 = t356 * t282;
-    t358 = R::fused(-t316_317.first(), t357, t354);
-    t359 = t358 * t351;
-    t360 = R::fused(-t264_265.first(), t357, t264_265.second());
-    t361 = R::fused(-t331, t359, t360);
-    t362 = R::fused(-t356, t357, t280_281.second());
-    t363 = R::fused(-t358, t359, t362);
-    t364 = R::constant(1.0) / t363;
-    t365 = t361 * t364;
-    t366 = t306_307.second() * t252_253.first();
-    t367 = R::fused(-t304_305.second(), t268_269.first(), t366);
-    t368 = t367 * t282;
-    t369 = R::fused(-t356, t368, t316_317.second());
-    t370 = t306_307.second() * t332_333.first();
-    t371 = R::fused(t304_305.second(), t336_337.first(), t370);
-    t372 = R::fused(-t316_317.first(), t368, t371);
-    t373 = t372 * t351;
-    t374 = R::fused(-t358, t373, t369);
-    t375 = t374 * t364;
-    t376 = R::fused(-t264_265.first(), t368, t329_330.second());
-    t377 = R::fused(-t331, t373, t376);
-    t378 = R::fused(-t361, t375, t377);
-    t379 = R::fused(-t367, t368, t348_349.second());
-    t380 = R::fused(-t372, t373, t379);
-    t381 = R::fused(-t374, t375, t380);
-    t382 = R::constant(1.0) / t381;
-    t383 = t378 * t382;
-    // solved by the factors
-    t384 = R::constant(1.0) - t58_59.second();
-    t385 = R::fused(t70_71.second(), t384, t28_29.second());
-    t386 = R::constant(1.0) - t92_93.second();
-    t387 = R::fused(-t102_103.second(), t384, t386);
-    t388 = R::fused(t122_123.second(), t387, t385);
-    t389 = R::fused(t163_164.second(), t384, t153_154.second());
-    t390 = R::fused(t179_180.second(), t387, t389);
-    t391 = R::fused(t201, t390, t388);
-    // other
-    t392_393 = both(t391) * t332_333;
-    t394_395 = R::Two::fused(both(t390), t336_337, t392_393);
-    t396 = R::fused(-t387, t340_341.second(), t394_395.second());
-    t397 = R::fused(-t384, t344_345.second(), t396);
-    t398 = R::constant(14.879267681260208) - t397;
-    t399_400 = both(t391) * t252_253;
-    t401_402 = R::Two::fused(-both(t390), t268_269, t399_400);
-    t403 = t401_402.first() * t282;
-    t404 = R::fused(t367, t403, t398);
+    t321_322 = both(t301) * t266_267;
+    t323_324 = both(t301) * t268_269;
+    t325 = t301 * t312;
+    t326_327 = both(t320) * t315_316;
+    t328_329 = both(t320) * t317_318;
+    t330 = t320 * t319;
+    t331_332 = t315_316 * t326_327;
+    t333_334 = R::Two::fused(t266_267, t321_322, t331_332);
+    t335_336 = R::Two::fused(t232_233, t282_283, t333_334);
+    t337_338 = R::Two::fused(t59_60, t242_243, t335_336);
+    t339_340 = t337_338 + two(R::constant(3.6389513350908116), R::constant(0.14555805340363245));
+    t341_342 = t317_318 * t326_327;
+    t343_344 = R::Two::fused(-t268_269, t321_322, t341_342);
+    t345_346 = R::Two::fused(-t234_235, t282_283, t343_344);
+    t347_348 = R::Two::fused(-t77_78, t242_243, t345_346);
+    t349_350 = t347_348 - two(R::constant(2.231890152189031), R::constant(0.4463780304378062));
+    t351_352 = t317_318 * t328_329;
+    t353_354 = R::Two::fused(t268_269, t323_324, t351_352);
+    t355_356 = R::Two::fused(t234_235, t302_303, t353_354);
+    t357_358 = R::Two::fused(t77_78, t244_245, t355_356);
+    t359_360 = t357_358 + both(R::constant(1.3688926266759391));
+    t361 = t315_316.second() * t328_329.first();
+    t362 = t315_316.second() * t326_327.first();
+    t363 = R::fused(-t266_267.second(), t323_324.first(), t361);
+    t364 = R::fused(t266_267.second(), t321_322.first(), t362);
+    t365 = t317_318.second() * t326_327.first();
+    t366 = t317_318.second() * t328_329.first();
+    t367 = R::fused(-t268_269.second(), t321_322.first(), t365);
+    t368 = R::fused(t268_269.second(), t323_324.first(), t366);
+    t369_370 = both(t319) * t328_329;
+    t371_372 = R::Two::fused(both(t312), t323_324, t369_370);
+    t373_374 = both(t319) * t326_327;
+    t375 = t319 * t330;
+    t376_377 = R::Two::fused(-both(t312), t321_322, t373_374);
+    t378 = R::fused(t312, t325, t375);
+    t379 = R::fused(t307, t308, t378);
+    t380 = R::fused(t304, t305, t379);
+    t381 = R::constant(161.73117044848053) + t380;
+    t382 = R::fused(-t307, t302_303.second(), t371_372.second());
+    t383 = R::fused(t307, t282_283.second(), t376_377.second());
+    t384 = R::fused(-t304, t244_245.second(), t382);
+    t385 = R::fused(t304, t242_243.second(), t383);
+    t386 = R::constant(14.879267681260208) - t384;
+    t387 = R::constant(4.851935113454416) + t385;
+    t388 = R::constant(1.0) / t339_340.first();
+    t389 = t280_281.first() * t388;
+    t390 = t349_350.first() * t388;
+    t391 = t364 * t388;
+    t392 = R::fused(-t349_350.first(), t391, t363);
+    t393 = R::fused(-t364, t391, t339_340.second());
+    t394 = t367 * t388;
+    t395 = t376_377.first() * t388;
+    t396 = R::fused(-t376_377.first(), t395, t381);
+    t397 = R::fused(-t349_350.first(), t394, t368);
+    t398 = R::fused(t367, t395, t386);
+    t399 = R::fused(-t367, t394, t359_360.second());
+    t400 = R::fused(-t349_350.first(), t390, t359_360.first());
+    t401 = R::fused(-t349_350.first(), t395, t371_372.first());
+    t402 = R::fused(-t364, t394, t349_350.second());
+    t403 = R::fused(-t364, t395, t387);
+    t404 = R::fused(t280_281.first(), t395, t42);
     let (
         t405, t406, t407, t408, t409, t410, t411, t412, t413, t414, t415, t416, t417, t418, t419, t420, t421, t422,
         t423, t424, t425, t426, t427, t428, t429, t430, t431, t432, t433, t434, t435, t436, t437, t438, t439, t440,
@@ -791,125 +803,123 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
         t495, t496, t497, t498, t499, t500, t501, t502, t503, t504, t505, t506, t507, t508, t509, t510, t511, t512,
         t513, t514, t515, t516, t517,
     );
-    t405 = R::fused(-t316_317.first(), t403, t394_395.first());
-    t406 = t405 * t351;
-    t407 = R::fused(t372, t406, t404);
-    t408 = R::fused(t387, t272_273.second(), t401_402.second());
-    t409 = R::fused(t384, t276_277.second(), t408);
-    t410 = R::constant(4.851935113454416) + t409;
-    t411 = R::fused(-t356, t403, t410);
-    t412 = R::fused(-t358, t406, t411);
-    t413 = t412 * t364;
-    t414 = R::fused(t374, t413, t407);
-    t415 = t414 * t382;
-    t416 = v_base_pitch + v_left_hip_pitch; // left_upper_leg: motion
-    t417 = t416 + v_left_knee_pitch; // left_lower_leg: motion
-    t418 = t417 + v_left_ankle_pitch; // left_foot: motion
-    t419 = R::fused(t264_265.first(), t403, t418);
-    t420 = R::fused(t331, t406, t419);
-    t421 = R::fused(t361, t413, t420);
-    t422 = R::fused(-t378, t415, t421);
-    t423 = t203 * t391;
-    t424 = t391 * t423;
-    t425 = t200 * t390;
-    t426 = R::fused(t390, t425, t424);
-    t427 = t120_121.second() * t387;
-    t428 = R::fused(t387, t427, t426);
-    t429 = t68_69.second() * t384;
-    t430 = R::fused(t384, t429, t428);
-    t431 = R::constant(161.73117044848053) + t430;
-    t432 = R::fused(-t401_402.first(), t403, t431);
-    t433 = R::fused(-t405, t406, t432);
-    t434 = R::fused(-t412, t413, t433);
-    t435 = R::fused(-t414, t415, t434);
+    t405 = R::constant(1.0) / t400;
+    t406 = R::fused(-t280_281.first(), t390, t294_295.first());
+    t407 = R::fused(-t280_281.first(), t394, t294_295.second());
+    t408 = R::fused(-t280_281.first(), t391, t280_281.second());
+    t409 = t406 * t405;
+    t410 = t392 * t405;
+    t411 = R::fused(-t406, t410, t408);
+    t412 = R::fused(-t392, t410, t393);
+    t413 = R::constant(1.0) / t412;
+    t414 = t397 * t405;
+    t415 = t401 * t405;
+    t416 = R::fused(-t401, t415, t396);
+    t417 = R::fused(-t392, t414, t402);
+    t418 = R::fused(-t392, t415, t403);
+    t419 = R::fused(-t406, t414, t407);
+    t420 = R::fused(t406, t415, t404);
+    t421 = R::fused(-t397, t414, t399);
+    t422 = R::fused(t397, t415, t398);
+    t423 = t411 * t413;
+    t424 = t417 * t413;
+    t425 = t418 * t413;
+    t426 = R::fused(-t418, t425, t416);
+    t427 = R::fused(-t411, t424, t419);
+    t428 = R::fused(t411, t425, t420);
+    t429 = R::fused(-t417, t424, t421);
+    t430 = R::fused(t417, t425, t422);
+    t431 = R::constant(1.0) / t429;
+    t432 = t427 * t431;
+    t433 = t430 * t431;
+    t434 = R::fused(-t427, t433, t428);
+    t435 = R::fused(-t430, t433, t426);
     t436 = R::constant(1.0) / t435;
-    t437 = t422 * t436;
-    t438 = R::fused(-t415, t437, t383);
-    t439 = R::fused(-t375, t438, t365);
-    t440 = R::fused(t413, t437, t439);
-    t441 = R::fused(-t359, t440, t352);
-    t442 = R::fused(-t373, t438, t441);
-    t443 = R::fused(t406, t437, t442);
-    t444 = R::fused(-t318, t443, t283);
-    t445 = R::fused(-t357, t440, t444);
-    t446 = R::fused(-t368, t438, t445);
-    t447 = R::fused(t403, t437, t446);
-    t448 = t252_253.first() * t447;
-    t449 = R::fused(t332_333.first(), t443, t448);
-    t450 = R::fused(t252_253.second(), t440, t449);
-    t451 = R::fused(t332_333.second(), t438, t450);
-    t452 = R::fused(-t423, t437, t451);
-    t453 = v_base_x - t452;
-    t454 = t268_269.first() * t447;
-    t455 = R::fused(-t336_337.first(), t443, t454);
-    t456 = R::fused(t268_269.second(), t440, t455);
-    t457 = R::fused(-t336_337.second(), t438, t456);
-    t458 = R::fused(t425, t437, t457);
-    t459 = R::fused(-t201, t452, t458); // solved by the factors
-    t460 = v_base_z + t459;
-    t461 = t147 * t452; // solved by the factors
-    t462 = R::fused(-t191, t459, t461); // solved by the factors
-    t463 = v_base_pitch + t462;
-    t464 = t272_273.first() * t447;
-    t465 = R::fused(-t340_341.first(), t443, t464);
-    t466 = R::fused(t122_123.first(), t452, t465); // solved by the factors
-    t467 = R::fused(-t179_180.first(), t459, t466); // solved by the factors
-    t468 = t462 - t467; // solved by the factors
-    t469 = v_right_hip_pitch - t468;
-    t470 = t276_277.first() * t447;
-    t471 = R::fused(-t344_345.first(), t443, t470);
+    t437 = t434 * t436;
+    t438 = R::fused(-t433, t437, t432);
+    t439 = R::fused(-t424, t438, t423);
+    t440 = R::fused(t425, t437, t439);
+    t441 = R::fused(-t410, t440, t409);
+    t442 = R::fused(-t414, t438, t441);
+    t443 = R::fused(t415, t437, t442);
+    t444 = R::fused(-t390, t443, t389);
+    t445 = R::fused(-t391, t440, t444);
+    t446 = R::fused(-t394, t438, t445);
+    t447 = R::fused(t395, t437, t446);
+    t448 = -t437;
+    t449 = t282_283.second() * t440;
+    t450 = R::fused(-t302_303.second(), t438, t449);
+    t451 = R::fused(-t308, t437, t450);
+    t452 = t282_283.first() * t447;
+    t453 = R::fused(-t302_303.first(), t443, t452);
+    t454 = t242_243.second() * t440;
+    t455 = R::fused(-t244_245.second(), t438, t454);
+    t456 = R::fused(-t305, t437, t455);
+    t457 = t242_243.first() * t447;
+    t458 = R::fused(-t244_245.first(), t443, t457);
+    t459 = R::constant(4.851935113454416) * t440;
+    t460 = R::fused(R::constant(-14.879267681260208), t438, t459);
+    t461 = R::fused(R::constant(-161.73117044848053), t437, t460);
+    t462 = t224_225.second() * t440;
+    t463 = R::fused(-t226_227.second(), t438, -t462);
+    t464 = t226_227.second() * t440;
+    t465 = R::fused(-t224_225.second(), t438, t464);
+    t466 = t326_327.first() * t447;
+    t467 = R::fused(t328_329.first(), t443, t466);
+    t468 = R::fused(t326_327.second(), t440, t467);
+    t469 = R::fused(t328_329.second(), t438, t468);
+    t470 = R::fused(-t330, t437, t469);
     // solved by the factors
-    t472 = R::fused(t70_71.first(), t452, t471);
-    t473 = R::fused(-t163_164.first(), t459, t472);
-    t474 = R::fused(-t102_103.first(), t462, t473);
-    t475 = R::fused(t102_103.first(), t468, t474);
-    t476 = v_right_knee_pitch + t475; // other
-    t477 = R::constant(24.25967556727208) * t447; // other
-    t478 = R::fused(R::constant(-14.879267681260208), t443, t477); // other
-    t479 = R::fused(t28_29.first(), t452, t478);
-    t480 = R::fused(-t153_154.first(), t459, t479);
-    t481 = R::fused(-t92_93.first(), t462, t480);
-    t482 = R::fused(t92_93.first(), t468, t481);
-    t483 = R::fused(-t58_59.first(), t475, t482);
+    t471 = t296 * t470;
+    t472 = R::fused(t190_191.first(), t470, t453);
+    t473 = R::fused(t190_191.second(), t470, t451);
+    t474 = R::fused(t161_162.first(), t470, t458);
+    t475 = R::fused(t161_162.second(), t470, t456);
+    t476 = R::fused(t135_136.second(), t470, t461);
     // other
-    t484 = v_right_ankle_pitch + t483;
-    t485 = t272_273.second() * t440;
-    t486 = R::fused(-t340_341.second(), t438, t485);
-    t487 = R::fused(-t427, t437, t486);
-    t488 = R::fused(t122_123.second(), t452, t487); // solved by the factors
-    t489 = R::fused(-t179_180.second(), t459, t488); // solved by the factors
-    t490 = t462 - t489; // solved by the factors
-    t491 = v_left_hip_pitch - t490;
-    t492 = t276_277.second() * t440;
-    t493 = R::fused(-t344_345.second(), t438, t492);
-    t494 = R::fused(-t429, t437, t493);
+    t477 = t321_322.first() * t447;
+    t478 = R::fused(-t323_324.first(), t443, t477);
+    t479 = R::fused(t321_322.second(), t440, t478);
+    t480 = R::fused(-t323_324.second(), t438, t479);
+    t481 = R::fused(t325, t437, t480);
     // solved by the factors
-    t495 = R::fused(t70_71.second(), t452, t494);
-    t496 = R::fused(-t163_164.second(), t459, t495);
-    t497 = R::fused(-t102_103.second(), t462, t496);
-    t498 = R::fused(t102_103.second(), t490, t497);
+    t482 = R::fused(-t313, t470, t481);
+    t483 = R::fused(-t297, t482, t471);
+    t484 = R::fused(-t236_237.first(), t482, t472);
+    t485 = R::fused(-t236_237.second(), t482, t473);
+    t486 = R::fused(-t196_197.first(), t482, t474);
+    t487 = R::fused(-t196_197.second(), t482, t475);
+    t488 = R::fused(-t194_195.second(), t482, t476);
+    t489 = t483 - t484;
+    t490 = R::fused(-t131_132.first(), t483, t486);
+    t491 = t483 - t485;
+    t492 = R::fused(-t131_132.second(), t483, t487);
+    t493 = R::fused(-t93_94.second(), t483, t488);
+    t494 = R::fused(t131_132.first(), t489, t490);
+    t495 = R::fused(t131_132.second(), t491, t492);
+    t496 = R::fused(t93_94.second(), t491, t493);
+    t497 = v_left_hip_pitch - t491; // other
+    t498 = R::fused(-t49_50.second(), t495, t496);
     // other
-    t499 = v_left_knee_pitch + t498;
-    t500 = R::constant(4.851935113454416) * t440;
-    t501 = R::fused(R::constant(-14.879267681260208), t438, t500);
-    t502 = R::fused(R::constant(-161.73117044848053), t437, t501);
-    // solved by the factors
-    t503 = R::fused(t28_29.second(), t452, t502);
-    t504 = R::fused(-t153_154.second(), t459, t503);
-    t505 = R::fused(-t92_93.second(), t462, t504);
-    t506 = R::fused(t92_93.second(), t490, t505);
-    t507 = R::fused(-t58_59.second(), t498, t506);
-    // other
-    t508 = v_left_ankle_pitch + t507;
-    t509 = t222_223.first() * t447;
-    t510 = R::fused(-t242_243.first(), t443, -t509);
-    t511 = t242_243.first() * t447;
-    t512 = R::fused(-t222_223.first(), t443, t511);
-    t513 = t222_223.second() * t440;
-    t514 = R::fused(-t242_243.second(), t438, -t513);
-    t515 = t242_243.second() * t440;
-    t516 = R::fused(-t222_223.second(), t438, t515);
-    t517 = -t437;
-    *out = [[t453, t460, t463, t469, t476, t484, t491, t499, t508, t510, t512, t514, t516, t517]];
+    t499 = v_left_knee_pitch + t495;
+    t500 = v_left_ankle_pitch + t498;
+    t501 = R::constant(24.25967556727208) * t447;
+    t502 = R::fused(R::constant(-14.879267681260208), t443, t501);
+    t503 = R::fused(t135_136.first(), t470, t502); // solved by the factors
+    t504 = R::fused(-t194_195.first(), t482, t503); // solved by the factors
+    t505 = v_base_x - t470;
+    t506 = v_base_z + t482;
+    t507 = R::fused(-t93_94.first(), t483, t504); // solved by the factors
+    t508 = R::fused(t93_94.first(), t489, t507); // solved by the factors
+    t509 = R::fused(-t49_50.first(), t494, t508); // solved by the factors
+    t510 = v_base_pitch + t483;
+    t511 = v_right_hip_pitch - t489;
+    t512 = v_right_knee_pitch + t494;
+    t513 = v_right_ankle_pitch + t509;
+    t514 = t224_225.first() * t447;
+    t515 = t226_227.first() * t447;
+    t516 = R::fused(-t226_227.first(), t443, -t514);
+    t517 = R::fused(-t224_225.first(), t443, t515);
+    *out = [[t505, t506, t510, t511, t512, t513, t497, t499, t500, t516, t517, t463, t465, t448]];
 }
 }

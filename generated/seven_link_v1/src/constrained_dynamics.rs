@@ -755,466 +755,479 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
         q_left_ankle_pitch, q_base_pitch,
     ]);
     let (
-        t0_1, t2_3, t4_5, t6_7, t8_9, t10_11, t12_13, t14_15, t16_17, t18_19, t20_21, t22_23, t24_25, t26_27, t28_29,
-        t30, t31, t32_33, t34_35, t36_37, t38_39, t40_41, t42_43, t44_45, t46_47, t48_49, t50_51, t52_53, t54_55,
-        t56_57, t58_59, t60_61, t62_63, t64_65, t66, t67, t68_69, t70_71, t72_73, t74_75, t76_77, t78_79, t80_81,
-        t82_83, t84_85, t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105, t106_107,
-        t108_109, t110_111, t112, t113, t114, t115, t116, t117, t118, t119, t120, t121, t122, t123, t124, t125, t126,
-        t127, t128, t129, t130, t131, t132, t133, t134, t135, t136_137, t138_139, t140_141, t142, t143, t144_145,
-        t146_147, t148_149, t150_151, t152, t153, t154_155, t156_157, t158_159, t160_161, t162_163, t164_165, t166_167,
-        t168, t169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183, t184, t185,
-        t186, t187, t188, t189, t190, t191_192, t193_194, t195_196, t197_198, t199_200, t201_202, t203_204, t205_206,
-        t207_208, t209_210, t211_212, t213_214, t215_216, t217_218, t219_220, t221_222, t223_224, t225_226, t227_228,
-        t229, t230, t231, t232, t233_234, t235_236, t237, t238, t239, t240, t241_242, t243, t244_245, t246_247,
-        t248_249, t250_251, t252_253, t254_255, t256_257, t258_259, t260_261, t262_263, t264_265, t266_267, t268_269,
-        t270_271, t272_273, t274_275, t276, t277, t278_279, t280_281, t282_283, t284_285, t286, t287, t288_289,
-        t290_291, t292_293, t294_295, t296_297, t298_299, t300_301, t302, t303, t304, t305, t306, t307, t308, t309,
-        t310, t311, t312, t313, t314, t315, t316, t317, t318, t319, t320, t321, t322, t323, t324, t325, t326, t327_328,
-        t329_330, t331_332, t333_334, t335_336, t337_338, t339_340, t341_342, t343_344, t345_346, t347_348, t349_350,
-        t351_352, t353_354, t355_356, t357_358, t359_360, t361_362, t363_364, t365_366, t367_368, t369_370, t371_372,
-        t373_374, t375_376, t377_378, t379_380, t381_382, t383_384, t385_386, t387_388, t389_390, t391_392, t393_394,
-        t395_396, t397_398, t399_400, t401_402, t403_404, t405_406, t407_408, t409, t410, t411_412, t413_414, t415_416,
+        t0_1, t2_3, t4_5, t6_7, t8_9, t10, t11, t12_13, t14_15, t16_17, t18_19, t20_21, t22_23, t24_25, t26_27, t28_29,
+        t30_31, t32_33, t34_35, t36_37, t38_39, t40_41, t42_43, t44_45, t46_47, t48_49, t50_51, t52_53, t54_55, t56_57,
+        t58_59, t60_61, t62_63, t64_65, t66_67, t68_69, t70_71, t72_73, t74_75, t76_77, t78_79, t80_81, t82_83, t84_85,
+        t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105, t106_107, t108_109,
+        t110_111, t112_113, t114_115, t116_117, t118_119, t120_121, t122_123, t124_125, t126_127, t128_129, t130_131,
+        t132_133, t134_135, t136_137, t138_139, t140_141, t142_143, t144_145, t146_147, t148, t149, t150, t151_152,
+        t153_154, t155_156, t157_158, t159, t160, t161_162, t163, t164, t165_166, t167_168, t169, t170, t171, t172,
+        t173, t174, t175_176, t177, t178_179, t180, t181, t182_183, t184_185, t186, t187, t188, t189, t190, t191, t192,
+        t193, t194, t195, t196_197, t198_199, t200_201, t202_203, t204, t205, t206_207, t208, t209, t210, t211, t212,
+        t213, t214_215, t216_217, t218, t219, t220, t221, t222, t223, t224, t225, t226_227, t228, t229_230, t231_232,
+        t233_234, t235_236, t237_238, t239_240, t241, t242, t243, t244, t245_246, t247_248, t249_250, t251_252,
+        t253_254, t255_256, t257_258, t259_260, t261_262, t263_264, t265_266, t267_268, t269_270, t271_272, t273_274,
+        t275_276, t277_278, t279_280, t281_282, t283_284, t285, t286, t287_288, t289_290, t291_292, t293_294, t295_296,
+        t297_298, t299, t300, t301, t302, t303_304, t305_306, t307_308, t309_310, t311_312, t313_314, t315_316,
+        t317_318, t319_320, t321_322, t323_324, t325_326, t327_328, t329_330, t331_332, t333_334, t335_336, t337_338,
+        t339_340, t341_342, t343_344, t345_346, t347_348, t349_350, t351, t352, t353, t354_355, t356_357, t358_359,
+        t360_361, t362_363, t364_365, t366, t367, t368, t369_370, t371_372, t373_374, t375_376, t377_378, t379_380,
+        t381_382, t383_384, t385_386, t387_388, t389_390, t391_392, t393_394, t395_396, t397, t398, t399, t400, t401,
+        t402, t403, t404, t405, t406, t407_408, t409_410, t411_412, t413_414, t415_416, t417, t418, t419, t420, t421,
+        t422, t423, t424, t425, t426, t427, t428,
     );
     // right_foot, left_foot: sums of what it carries
     t0_1 = both(R::constant(0.018)) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
     t2_3 = both(R::constant(0.018)) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t4_5 = t0_1 - t2_3;
-    t6_7 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t4_5; // right_lower_leg, left_lower_leg
-    t8_9 = t0_1 + t2_3;
-    // right_foot, left_foot: mass matrix
-    t10_11 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t8_9, t6_7);
-    t12_13 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t10_11;
-    t14_15 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t4_5; // right_lower_leg, left_lower_leg
-    t16_17 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t8_9, t14_15);
-    t18_19 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t16_17, t12_13);
-    t20_21 = both(sin_q_base_pitch) * t18_19;
-    t22_23 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t10_11;
-    t24_25 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t16_17, t22_23);
-    t26_27 = R::Two::fused(both(cos_q_base_pitch), t24_25, t20_21);
-    // factors of the mass matrix
-    t28_29 = t26_27 * both(R::constant(287.35632183908046));
-    t30 = R::fused(-t26_27.second(), t28_29.second(), R::constant(19.0));
-    t31 = R::fused(-t26_27.first(), t28_29.first(), t30);
-    t32_33 = both(R::constant(0.362)) + t8_9; // right_foot, left_foot: sums of what it carries
-    t34_35 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t32_33, -t6_7);
-    t36_37 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t34_35; // right_upper_leg, left_upper_leg
-    t38_39 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t32_33, t14_15);
-    // right_lower_leg, left_lower_leg: mass matrix
-    t40_41 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t38_39, t36_37);
-    t42_43 = both(sin_q_base_pitch) * t40_41;
-    t44_45 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t34_35; // right_upper_leg, left_upper_leg
-    t46_47 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t38_39, t44_45);
-    t48_49 = R::Two::fused(both(cos_q_base_pitch), t46_47, t42_43);
-    t50_51 = R::Two::fused(both(R::constant(0.3)), t8_9, both(R::constant(0.00348))); // right_foot, left_foot
-    // factors of the mass matrix
-    t52_53 = t50_51 * both(R::constant(287.35632183908046));
-    t54_55 = R::Two::fused(t26_27, t52_53, t48_49);
+    // other
+    t4_5 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t6_7 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t8_9 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
+    t10 = cos_q_base_pitch * R::constant(9.81); // torso: motion
+    t11 = sin_q_base_pitch * R::constant(9.81); // torso: motion
+    t12_13 = R::Two::fused(two(R::constant(0.3), R::constant(-0.3)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.15), R::constant(0.07)));
     // right_foot, left_foot: sums of what it carries
-    t56_57 = R::Two::fused(both(R::constant(0.6)), t8_9, both(R::constant(0.00348)));
-    t58_59 = both(R::constant(0.08816)) + t56_57;
-    // factors of the mass matrix
-    t60_61 = R::Two::fused(-t50_51, t52_53, t58_59);
-    t62_63 = both(R::constant(1.0)) / t60_61;
-    t64_65 = t54_55 * t62_63;
-    t66 = R::fused(-t54_55.second(), t64_65.second(), t31);
-    t67 = R::fused(-t54_55.first(), t64_65.first(), t66);
-    t68_69 = both(R::constant(0.925)) + t38_39; // right_lower_leg, left_lower_leg: sums of what it carries
-    t70_71 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t68_69, t36_37);
-    t72_73 = both(sin_q_base_pitch) * t70_71; // right_upper_leg, left_upper_leg: mass matrix
-    t74_75 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t68_69, -t44_45);
-    t76_77 = R::Two::fused(-both(cos_q_base_pitch), t74_75, t72_73); // right_upper_leg, left_upper_leg: mass matrix
-    t78_79 = R::Two::fused(both(R::constant(0.3)), t16_17, t50_51); // right_foot, left_foot: mass matrix
-    t80_81 = t78_79 * both(R::constant(287.35632183908046));
-    t82_83 = t26_27 * t80_81;
-    t84_85 = t76_77 + t82_83;
-    t86_87 = R::Two::fused(both(R::constant(0.3)), t38_39, t58_59); // right_lower_leg, left_lower_leg: mass matrix
-    t88_89 = R::Two::fused(-t78_79, t52_53, t86_87);
-    t90_91 = t88_89 * t62_63;
-    t92_93 = t54_55 * t90_91;
-    t94_95 = t84_85 - t92_93;
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t96_97 = R::Two::fused(both(R::constant(0.6)), t38_39, t58_59);
-    t98_99 = both(R::constant(0.241)) + t96_97;
-    // factors of the mass matrix
-    t100_101 = t78_79 * t80_81;
-    t102_103 = t98_99 - t100_101;
-    t104_105 = t88_89 * t90_91;
-    t106_107 = t102_103 - t104_105;
-    t108_109 = both(R::constant(1.0)) / t106_107;
-    t110_111 = t94_95 * t108_109;
-    t112 = R::fused(-t94_95.second(), t110_111.second(), t67);
-    t113 = R::fused(-t94_95.first(), t110_111.first(), t112);
-    t114 = R::constant(2.2) - t74_75.second(); // left_upper_leg: sums of what it carries
-    t115 = t114 - t74_75.first(); // right_upper_leg: sums of what it carries
-    t116 = cos_q_base_pitch * t115; // torso: sums of what it carries
-    t117 = t70_71.second() + t70_71.first(); // right_upper_leg: sums of what it carries
-    t118 = R::fused(sin_q_base_pitch, t117, t116); // torso: sums of what it carries
-    t119 = t118 + t82_83.second();
-    t120 = t119 + t82_83.first();
-    t121 = t120 - t92_93.second();
-    t122 = t121 - t92_93.first();
-    t123 = t94_95.second() - t122;
-    t124 = t94_95.first() + t123;
-    t125 = R::constant(0.734) + t98_99.second(); // left_upper_leg: sums of what it carries
-    t126 = t98_99.first() + t125; // right_upper_leg: sums of what it carries
-    t127 = t126 - t100_101.second();
-    t128 = t127 - t100_101.first();
-    t129 = t128 - t104_105.second();
-    t130 = t129 - t104_105.first();
-    t131 = t106_107.second() - t130;
-    t132 = t106_107.first() + t131;
-    t133 = R::constant(1.0) / t132;
-    t134 = t124 * t133;
-    t135 = R::fused(t124, t134, t113);
-    // right_foot, left_foot: mass matrix
-    t136_137 = both(cos_q_base_pitch) * t18_19;
-    t138_139 = R::Two::fused(-both(sin_q_base_pitch), t24_25, t136_137);
-    // factors of the mass matrix
-    t140_141 = t138_139 * both(R::constant(287.35632183908046));
-    t142 = t26_27.second() * t140_141.second();
-    t143 = R::fused(t26_27.first(), t140_141.first(), t142);
-    // right_lower_leg, left_lower_leg: mass matrix
-    t144_145 = both(cos_q_base_pitch) * t40_41;
-    t146_147 = R::Two::fused(-both(sin_q_base_pitch), t46_47, t144_145);
-    // factors of the mass matrix
-    t148_149 = R::Two::fused(t138_139, t52_53, t146_147);
-    t150_151 = t148_149 * t62_63;
-    t152 = R::fused(t54_55.second(), t150_151.second(), t143);
-    t153 = R::fused(t54_55.first(), t150_151.first(), t152);
-    // right_upper_leg, left_upper_leg: mass matrix
-    t154_155 = both(cos_q_base_pitch) * t70_71;
-    t156_157 = R::Two::fused(both(sin_q_base_pitch), t74_75, t154_155);
-    // factors of the mass matrix
-    t158_159 = t138_139 * t80_81;
-    t160_161 = t156_157 + t158_159;
-    t162_163 = t148_149 * t90_91;
-    t164_165 = t160_161 - t162_163;
-    t166_167 = t164_165 * t108_109;
-    t168 = R::fused(t94_95.second(), t166_167.second(), t153);
-    t169 = R::fused(t94_95.first(), t166_167.first(), t168);
-    t170 = sin_q_base_pitch * t115; // torso: sums of what it carries
-    t171 = R::fused(-cos_q_base_pitch, t117, t170); // torso: sums of what it carries
-    t172 = t171 - t158_159.second();
-    t173 = t172 - t158_159.first();
-    t174 = t173 + t162_163.second();
-    t175 = t174 + t162_163.first();
-    t176 = t164_165.second() + t175;
-    t177 = t164_165.first() + t176;
-    t178 = t177 * t133;
-    t179 = R::fused(-t124, t178, t169);
-    t180 = R::fused(-t138_139.second(), t140_141.second(), R::constant(19.0));
-    t181 = R::fused(-t138_139.first(), t140_141.first(), t180);
-    t182 = R::fused(-t148_149.second(), t150_151.second(), t181);
-    t183 = R::fused(-t148_149.first(), t150_151.first(), t182);
-    t184 = R::fused(-t164_165.second(), t166_167.second(), t183);
-    t185 = R::fused(-t164_165.first(), t166_167.first(), t184);
-    t186 = R::fused(t177, t178, t185);
-    t187 = R::constant(1.0) / t186;
-    t188 = t179 * t187;
-    t189 = R::fused(-t179, t188, t135);
-    t190 = R::constant(1.0) / t189;
-    t191_192 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
-    t193_194 = t191_192 + two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
-    // right_foot, left_foot: motion
-    t195_196 = t193_194 + two(v_right_ankle_pitch, v_left_ankle_pitch);
-    t197_198 = t195_196 * t195_196;
-    t199_200 = both(R::constant(0.018)) * t197_198; // right_foot, left_foot: wrench that its motion needs
-    // right_foot, left_foot: wrench handed to its parent
-    t201_202 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t199_200;
-    t203_204 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t199_200;
-    t205_206 = t201_202 + t203_204;
-    t207_208 = t193_194 * t193_194; // right_lower_leg, left_lower_leg: motion
-    t209_210 = R::Two::fused(both(R::constant(0.362)), t207_208, t205_206);
-    t211_212 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t209_210; // right_lower_leg, left_lower_leg
-    t213_214 = t201_202 - t203_204;
-    t215_216 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t213_214, t211_212);
-    t217_218 = t191_192 * t191_192; // right_upper_leg, left_upper_leg: motion
-    t219_220 = R::Two::fused(both(R::constant(0.925)), t217_218, t215_216); // right_lower_leg, left_lower_leg
-    t221_222 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t219_220; // right_upper_leg, left_upper_leg
-    // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t223_224 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t209_210;
-    t225_226 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t213_214, t223_224);
-    t227_228 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t225_226, t221_222);
-    t229 = v_base_pitch * v_base_pitch; // torso: motion
-    t230 = R::fused(R::constant(2.2), t229, -t227_228.second()); // left_upper_leg: wrench handed to its parent
-    t231 = t230 - t227_228.first(); // right_upper_leg: wrench handed to its parent
-    t232 = sin_q_base_pitch * t231; // torso: wrench handed to its parent
-    // right_upper_leg, left_upper_leg: wrench handed to its parent
-    t233_234 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t219_220;
-    t235_236 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t225_226, t233_234);
-    t237 = t235_236.second() + t235_236.first(); // right_upper_leg: wrench handed to its parent
-    t238 = R::fused(-cos_q_base_pitch, t237, t232); // torso: wrench handed to its parent
-    t239 = tau_base_x + t238; // other
-    t240 = cos_q_base_pitch * R::constant(9.81); // torso: motion
-    t241_242 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(t240); // right_upper_leg, left_upper_leg: motion
-    t243 = sin_q_base_pitch * R::constant(9.81); // torso: motion
-    t244_245 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t243), t241_242);
-    // right_lower_leg, left_lower_leg: motion
-    t246_247 = R::Two::fused(t217_218, both(R::constant(0.3)), t244_245);
-    t248_249 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t246_247;
+    t14_15 = t0_1 + t2_3;
+    t16_17 = t0_1 - t2_3;
+    // other
+    t18_19 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t4_5);
+    t20_21 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t6_7);
+    t22_23 = t8_9 + two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
     // right_upper_leg, left_upper_leg: motion
-    t250_251 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(t240);
-    t252_253 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(t243), t250_251);
-    t254_255 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t252_253, t248_249);
-    // right_foot, left_foot: motion
-    t256_257 = R::Two::fused(both(R::constant(0.3)), t207_208, t254_255);
-    t258_259 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t256_257;
+    t24_25 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(t10);
+    t26_27 = t8_9 * t8_9;
+    t28_29 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(t10);
+    t30_31 = R::Two::fused(both(R::constant(0.3)), t14_15, both(R::constant(0.00348))); // right_foot, left_foot
+    t32_33 = R::Two::fused(both(R::constant(0.6)), t14_15, both(R::constant(0.00348))); // right_foot, left_foot
+    t34_35 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t16_17; // right_lower_leg, left_lower_leg
+    t36_37 = both(R::constant(0.362)) + t14_15; // right_foot, left_foot: sums of what it carries
+    t38_39 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t16_17; // right_lower_leg, left_lower_leg
+    // other
+    t40_41 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t18_19;
+    t42_43 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t18_19;
+    // right_upper_leg, left_upper_leg: motion
+    t44_45 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t11), t24_25);
+    t46_47 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(t11), t28_29);
+    t48_49 = t30_31 * both(R::constant(287.35632183908046)); // factors of the mass matrix
+    t50_51 = both(R::constant(0.08816)) + t32_33; // right_foot, left_foot: sums of what it carries
+    // other
+    t52_53 = R::Two::fused(two(R::constant(0.3), R::constant(-0.3)), t18_19, t12_13);
+    t54_55 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t20_21, t40_41);
+    t56_57 = R::Two::fused(t30_31, two(R::constant(-43.10344827586207), R::constant(-20.114942528735636)), t12_13);
+    t58_59 = R::Two::fused(t26_27, both(R::constant(0.3)), t44_45); // right_lower_leg, left_lower_leg: motion
+    t60_61 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t20_21, t42_43);
+    // right_foot, left_foot: mass matrix
+    t62_63 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t14_15, t38_39);
+    t64_65 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t14_15, t34_35);
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t66_67 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t36_37, -t38_39);
+    t68_69 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t36_37, t34_35);
+    // factors of the mass matrix
+    t70_71 = R::Two::fused(-t30_31, t48_49, t50_51);
+    t72_73 = both(R::constant(1.0)) / t70_71;
+    t74_75 = t22_23 + two(v_right_ankle_pitch, v_left_ankle_pitch); // right_foot, left_foot: motion
+    t76_77 = t22_23 * t22_23; // right_lower_leg, left_lower_leg: motion
+    t78_79 = t74_75 * t74_75; // right_foot, left_foot: motion
+    // right_foot, left_foot: mass matrix
+    t80_81 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t62_63;
+    t82_83 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t62_63;
+    t84_85 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t64_65, t80_81);
+    t86_87 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t64_65, t82_83);
+    t88_89 = R::Two::fused(both(R::constant(0.3)), t64_65, t30_31);
+    t90_91 = R::Two::fused(t88_89, two(R::constant(-43.10344827586207), R::constant(-20.114942528735636)), t52_53);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t92_93 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t66_67;
+    t94_95 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t66_67;
+    t96_97 = both(R::constant(0.925)) + t68_69; // right_lower_leg, left_lower_leg: sums of what it carries
+    t98_99 = R::Two::fused(both(R::constant(0.3)), t68_69, t50_51); // right_lower_leg, left_lower_leg: mass matrix
+    t100_101 = R::Two::fused(both(R::constant(0.6)), t68_69, t50_51); // right_lower_leg, left_lower_leg
+    t102_103 = R::Two::fused(-t88_89, t48_49, t98_99); // factors of the mass matrix
+    t104_105 = both(R::constant(0.241)) + t100_101; // right_lower_leg, left_lower_leg: sums of what it carries
+    // right_lower_leg, left_lower_leg: mass matrix
+    t106_107 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t68_69, t92_93);
+    t108_109 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t68_69, t94_95);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t110_111 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t96_97, t92_93);
+    t112_113 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t96_97, -t94_95);
+    // right_foot, left_foot: mass matrix
+    t114_115 = both(sin_q_base_pitch) * t84_85;
+    t116_117 = both(cos_q_base_pitch) * t84_85;
+    t118_119 = R::Two::fused(both(cos_q_base_pitch), t86_87, t114_115);
+    t120_121 = R::Two::fused(-both(sin_q_base_pitch), t86_87, t116_117);
+    // right_lower_leg, left_lower_leg: mass matrix
+    t122_123 = both(sin_q_base_pitch) * t106_107;
+    t124_125 = both(cos_q_base_pitch) * t106_107;
+    t126_127 = R::Two::fused(both(cos_q_base_pitch), t108_109, t122_123);
+    t128_129 = R::Two::fused(-both(sin_q_base_pitch), t108_109, t124_125);
+    // factors of the mass matrix
+    t130_131 = R::Two::fused(t118_119, t48_49, t126_127);
+    t132_133 = R::Two::fused(t120_121, t48_49, t128_129);
+    // right_upper_leg, left_upper_leg: mass matrix
+    t134_135 = both(sin_q_base_pitch) * t110_111;
+    t136_137 = R::Two::fused(-both(cos_q_base_pitch), t112_113, t134_135);
+    // factors of the mass matrix
+    t138_139 = t88_89 * both(R::constant(287.35632183908046));
+    t140_141 = t102_103 * t72_73;
+    t142_143 = t102_103 * t140_141;
+    t144_145 = R::Two::fused(-t140_141, t56_57, t90_91); // solved by the factors
+    t146_147 = t118_119 * both(R::constant(287.35632183908046));
+    t148 = R::constant(2.2) - t112_113.second(); // left_upper_leg: sums of what it carries
+    t149 = t148 - t112_113.first(); // right_upper_leg: sums of what it carries
+    t150 = t110_111.second() + t110_111.first(); // right_upper_leg: sums of what it carries
+    // right_upper_leg, left_upper_leg: mass matrix
+    t151_152 = both(cos_q_base_pitch) * t110_111;
+    t153_154 = R::Two::fused(both(sin_q_base_pitch), t112_113, t151_152);
+    // factors of the mass matrix
+    t155_156 = t118_119 * t138_139;
+    t157_158 = t136_137 + t155_156;
+    t159 = R::fused(-t118_119.second(), t146_147.second(), R::constant(19.0));
+    t160 = R::fused(-t118_119.first(), t146_147.first(), t159);
+    t161_162 = t88_89 * t138_139;
+    t163 = R::constant(0.734) + t104_105.second(); // left_upper_leg: sums of what it carries
+    t164 = t104_105.first() + t163; // right_upper_leg: sums of what it carries
+    t165_166 = t104_105 - t161_162;
+    t167_168 = t165_166 - t142_143;
+    t169 = t164 - t161_162.second();
+    t170 = t169 - t161_162.first();
+    t171 = t170 - t142_143.second();
+    t172 = t171 - t142_143.first();
+    t173 = t167_168.second() - t172;
+    t174 = t167_168.first() + t173;
+    t175_176 = both(R::constant(1.0)) / t167_168;
+    t177 = R::constant(1.0) / t174;
+    t178_179 = t130_131 * t72_73;
+    t180 = R::fused(-t130_131.second(), t178_179.second(), t160);
+    t181 = R::fused(-t130_131.first(), t178_179.first(), t180);
+    t182_183 = t130_131 * t140_141;
+    t184_185 = t157_158 - t182_183;
+    // torso: sums of what it carries
+    t186 = cos_q_base_pitch * t149;
+    t187 = sin_q_base_pitch * t149;
+    t188 = R::fused(sin_q_base_pitch, t150, t186);
+    t189 = R::fused(-cos_q_base_pitch, t150, t187);
+    // factors of the mass matrix
+    t190 = t188 + t155_156.second();
+    t191 = t190 + t155_156.first();
+    t192 = t191 - t182_183.second();
+    t193 = t192 - t182_183.first();
+    t194 = t184_185.second() - t193;
+    t195 = t184_185.first() + t194;
+    t196_197 = t120_121 * both(R::constant(287.35632183908046));
+    t198_199 = t132_133 * t72_73;
+    t200_201 = t120_121 * t138_139;
+    t202_203 = t153_154 + t200_201;
+    t204 = t189 - t200_201.second();
+    t205 = t204 - t200_201.first();
+    t206_207 = t184_185 * t175_176;
+    t208 = R::fused(-t184_185.second(), t206_207.second(), t181);
+    t209 = R::fused(-t184_185.first(), t206_207.first(), t208);
+    t210 = t118_119.second() * t196_197.second();
+    t211 = R::fused(t118_119.first(), t196_197.first(), t210);
+    t212 = R::fused(t130_131.second(), t198_199.second(), t211);
+    t213 = R::fused(t130_131.first(), t198_199.first(), t212);
+    t214_215 = t132_133 * t140_141;
+    t216_217 = t202_203 - t214_215;
+    t218 = t205 + t214_215.second();
+    t219 = t218 + t214_215.first();
+    t220 = t216_217.second() + t219;
+    t221 = t216_217.first() + t220;
+    t222 = R::fused(-t120_121.second(), t196_197.second(), R::constant(19.0));
+    t223 = R::fused(-t120_121.first(), t196_197.first(), t222);
+    t224 = R::fused(-t132_133.second(), t198_199.second(), t223);
+    t225 = R::fused(-t132_133.first(), t198_199.first(), t224);
+    t226_227 = both(R::constant(0.018)) * t78_79; // right_foot, left_foot: wrench that its motion needs
+    t228 = v_base_pitch * v_base_pitch; // torso: motion
     // right_lower_leg, left_lower_leg: motion
-    t260_261 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t246_247;
-    t262_263 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t252_253, t260_261);
-    t264_265 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t262_263, t258_259);
-    t266_267 = both(R::constant(0.018)) * t264_265; // right_foot, left_foot: wrench that its motion needs
-    // right_foot, left_foot: motion
-    t268_269 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t256_257;
-    t270_271 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t262_263, t268_269);
-    t272_273 = R::Two::fused(both(R::constant(-0.018)), t270_271, t266_267); // right_foot, left_foot
-    t274_275 = two(tau_right_ankle_pitch, tau_left_ankle_pitch) - t272_273; // other
-    t276 = R::fused(t274_275.second(), t28_29.second(), t239); // solved by the factors
-    t277 = R::fused(t274_275.first(), t28_29.first(), t276); // solved by the factors
+    t229_230 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t58_59;
+    t231_232 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t58_59;
+    t233_234 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t46_47, t229_230);
+    t235_236 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t46_47, t231_232);
+    t237_238 = R::Two::fused(both(R::constant(0.3)), t76_77, t233_234); // right_foot, left_foot: motion
+    // factors of the mass matrix
+    t239_240 = t216_217 * t175_176;
+    t241 = R::fused(t184_185.second(), t239_240.second(), t213);
+    t242 = R::fused(t184_185.first(), t239_240.first(), t241);
+    t243 = R::fused(-t216_217.second(), t239_240.second(), t225);
+    t244 = R::fused(-t216_217.first(), t239_240.first(), t243);
     // right_foot, left_foot: wrench handed to its parent
-    t278_279 = R::Two::fused(both(R::constant(0.362)), t262_263, t272_273);
-    t280_281 = R::Two::fused(both(R::constant(0.3)), t213_214, t278_279);
-    t282_283 = two(tau_right_knee_pitch, tau_left_knee_pitch) - t280_281; // other
+    t245_246 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t226_227;
+    t247_248 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t226_227;
+    // other
+    t249_250 = both(cos_q_base_pitch) * t54_55;
+    t251_252 = both(sin_q_base_pitch) * t54_55;
+    t253_254 = R::Two::fused(-both(sin_q_base_pitch), t60_61, t249_250);
+    t255_256 = R::Two::fused(both(cos_q_base_pitch), t60_61, t251_252);
+    t257_258 = t175_176 * t144_145;
+    t259_260 = t72_73 * t56_57;
+    t261_262 = R::Two::fused(both(R::constant(0.3)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.06)));
+    t263_264 = R::Two::fused(t30_31, both(R::constant(-17.241379310344826)), t261_262); // solved by the factors
+    t265_266 = R::Two::fused(both(R::constant(-0.3)), t20_21, t261_262);
     // solved by the factors
-    t284_285 = R::Two::fused(-t274_275, t52_53, t282_283);
-    t286 = R::fused(-t64_65.second(), t284_285.second(), t277);
-    t287 = R::fused(-t64_65.first(), t284_285.first(), t286);
+    t267_268 = R::Two::fused(t88_89, both(R::constant(-17.241379310344826)), t265_266);
+    t269_270 = R::Two::fused(-t140_141, t263_264, t267_268);
+    // right_foot, left_foot: wrench handed to its parent
+    t271_272 = t245_246 + t247_248;
+    t273_274 = t245_246 - t247_248;
+    t275_276 = R::Two::fused(both(R::constant(0.362)), t76_77, t271_272);
+    // right_foot, left_foot: motion
+    t277_278 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t237_238;
+    t279_280 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t237_238;
+    t281_282 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t235_236, t277_278);
+    t283_284 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t235_236, t279_280);
+    t285 = t195 * t177; // factors of the mass matrix
+    t286 = R::fused(t195, t285, t209); // factors of the mass matrix
+    // solved by the factors
+    t287_288 = R::Two::fused(t118_119, two(R::constant(-43.10344827586207), R::constant(20.114942528735636)), t253_254);
+    t289_290 = R::Two::fused(t118_119, both(R::constant(17.241379310344826)), t255_256);
+    t291_292 = R::Two::fused(t178_179 * two(R::constant(1.0), R::constant(-1.0)), t56_57, t287_288);
+    t293_294 = R::Two::fused(-t178_179, t263_264, t289_290);
+    t295_296 = R::Two::fused(t206_207 * two(R::constant(1.0), R::constant(-1.0)), t144_145, t291_292);
+    t297_298 = R::Two::fused(-t206_207, t269_270, t293_294);
+    // factors of the mass matrix
+    t299 = t221 * t177;
+    t300 = R::fused(-t195, t299, t242);
+    t301 = R::fused(t221, t299, t244);
+    t302 = R::constant(1.0) / t301;
     // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t288_289 = R::Two::fused(both(R::constant(0.925)), t252_253, t280_281);
-    t290_291 = R::Two::fused(both(R::constant(-0.3)), t225_226, t288_289);
-    t292_293 = two(tau_right_hip_pitch, tau_left_hip_pitch) - t290_291; // other
-    // solved by the factors
-    t294_295 = t274_275 * t80_81;
-    t296_297 = t292_293 - t294_295;
-    t298_299 = t90_91 * t284_285;
-    t300_301 = t296_297 - t298_299;
-    t302 = R::fused(-t110_111.second(), t300_301.second(), t287);
-    t303 = R::fused(-t110_111.first(), t300_301.first(), t302);
-    t304 = R::fused(sin_q_base_pitch, R::constant(21.582), -t290_291.second()); // left_upper_leg
-    t305 = t290_291.first() - t304; // right_upper_leg: wrench handed to its parent
-    t306 = tau_base_pitch - t305; // other
-    t307 = t306 - t294_295.second();
-    t308 = t307 - t294_295.first();
-    t309 = t308 - t298_299.second();
-    t310 = t309 - t298_299.first();
-    t311 = t300_301.second() - t310;
-    t312 = t300_301.first() + t311;
-    t313 = R::fused(t134, t312, t303);
-    t314 = cos_q_base_pitch * t231; // torso: wrench handed to its parent
-    t315 = R::fused(sin_q_base_pitch, t237, t314); // torso: wrench handed to its parent
-    t316 = R::constant(186.39) - t315; // torso: wrench handed to its parent
-    t317 = tau_base_z - t316; // other
-    t318 = R::fused(t274_275.second(), t140_141.second(), t317);
-    t319 = R::fused(t274_275.first(), t140_141.first(), t318);
-    t320 = R::fused(-t150_151.second(), t284_285.second(), t319);
-    t321 = R::fused(-t150_151.first(), t284_285.first(), t320);
-    t322 = R::fused(-t166_167.second(), t300_301.second(), t321);
-    t323 = R::fused(-t166_167.first(), t300_301.first(), t322);
-    t324 = R::fused(t178, t312, t323);
-    t325 = R::fused(t188, t324, t313);
+    t303_304 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t275_276;
+    t305_306 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t275_276;
+    t307_308 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t273_274, t303_304);
+    t309_310 = R::Two::fused(both(R::constant(0.925)), t26_27, t307_308);
+    t311_312 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t273_274, t305_306);
+    t313_314 = both(R::constant(0.018)) * t281_282; // right_foot, left_foot: wrench that its motion needs
     // other
-    t326 = t190 * t325;
-    t327_328 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t329_330 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t327_328);
-    t331_332 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t329_330;
-    t333_334 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t335_336 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t333_334);
-    t337_338 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t335_336, t331_332);
-    t339_340 = both(cos_q_base_pitch) * t337_338;
-    t341_342 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t329_330;
-    t343_344 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t335_336, t341_342);
-    t345_346 = R::Two::fused(-both(sin_q_base_pitch), t343_344, t339_340);
-    t347_348 = R::Two::fused(t26_27, two(R::constant(-43.10344827586207), R::constant(20.114942528735636)), t345_346);
-    t349_350 = R::Two::fused(two(R::constant(0.3), R::constant(-0.3)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.15), R::constant(0.07)));
+    t315_316 = R::Two::fused(t78_79, two(R::constant(0.15), R::constant(-0.07)), t281_282);
+    t317_318 = R::Two::fused(t78_79, both(R::constant(0.06)), t283_284);
+    t319_320 = R::Two::fused(both(R::constant(-0.018)), t283_284, t313_314); // right_foot, left_foot
+    t321_322 = R::Two::fused(both(R::constant(9.81)), t253_254, -t315_316);
+    t323_324 = R::Two::fused(both(R::constant(9.81)), t255_256, t317_318);
+    // right_foot, left_foot: wrench handed to its parent
+    t325_326 = R::Two::fused(both(R::constant(0.362)), t235_236, t319_320);
+    t327_328 = R::Two::fused(both(R::constant(0.3)), t273_274, t325_326);
+    t329_330 = two(tau_right_ankle_pitch, tau_left_ankle_pitch) - t319_320; // other
+    t331_332 = R::Two::fused(both(R::constant(0.925)), t46_47, t327_328); // right_lower_leg, left_lower_leg
+    t333_334 = two(tau_right_knee_pitch, tau_left_knee_pitch) - t327_328; // other
+    t335_336 = R::Two::fused(-t329_330, t48_49, t333_334); // solved by the factors
+    t337_338 = R::Two::fused(both(R::constant(-0.3)), t311_312, t331_332); // right_lower_leg, left_lower_leg
     // solved by the factors
-    t351_352 = R::Two::fused(t50_51, two(R::constant(-43.10344827586207), R::constant(-20.114942528735636)), t349_350);
-    t353_354 = R::Two::fused(t64_65 * two(R::constant(1.0), R::constant(-1.0)), t351_352, t347_348);
-    t355_356 = R::Two::fused(two(R::constant(0.3), R::constant(-0.3)), t329_330, t349_350); // other
-    t357_358 = R::Two::fused(t78_79, two(R::constant(-43.10344827586207), R::constant(-20.114942528735636)), t355_356);
-    t359_360 = R::Two::fused(-t90_91, t351_352, t357_358);
-    t361_362 = R::Two::fused(t110_111 * two(R::constant(1.0), R::constant(-1.0)), t359_360, t353_354);
+    t339_340 = R::Two::fused(t120_121, two(R::constant(43.10344827586207), R::constant(-20.114942528735636)), t255_256);
+    t341_342 = R::Two::fused(t120_121, both(R::constant(17.241379310344826)), t253_254);
+    t343_344 = R::Two::fused(t198_199 * two(R::constant(-1.0), R::constant(1.0)), t56_57, t339_340);
+    t345_346 = R::Two::fused(-t198_199, t263_264, t341_342);
+    t347_348 = R::Two::fused(t239_240 * two(R::constant(-1.0), R::constant(1.0)), t144_145, t343_344);
+    t349_350 = R::Two::fused(-t239_240, t269_270, t345_346);
+    t351 = t300 * t302; // factors of the mass matrix
+    t352 = R::fused(-t300, t351, t286); // factors of the mass matrix
+    t353 = R::constant(1.0) / t352; // factors of the mass matrix
+    t354_355 = R::Two::fused(-both(t351), t347_348, t295_296);
+    t356_357 = R::Two::fused(both(t351), t349_350, t297_298);
+    // right_upper_leg, left_upper_leg: wrench handed to its parent
+    t358_359 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t309_310;
+    t360_361 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t309_310;
+    t362_363 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t311_312, t358_359);
+    t364_365 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t311_312, t360_361);
+    t366 = R::fused(R::constant(2.2), t228, -t362_363.second()); // left_upper_leg: wrench handed to its parent
+    t367 = t366 - t362_363.first(); // right_upper_leg: wrench handed to its parent
+    t368 = t364_365.second() + t364_365.first(); // right_upper_leg: wrench handed to its parent
+    t369_370 = t329_330 * t138_139; // solved by the factors
     // other
-    t363_364 = both(sin_q_base_pitch) * t337_338;
-    t365_366 = R::Two::fused(both(cos_q_base_pitch), t343_344, t363_364);
+    t371_372 = t175_176 * t269_270;
+    t373_374 = t72_73 * t263_264;
+    t375_376 = t72_73 * t335_336;
+    t377_378 = t329_330 * both(R::constant(287.35632183908046));
+    t379_380 = both(t302) * t347_348;
+    t381_382 = both(t302) * t349_350;
+    t383_384 = both(t353) * t354_355;
+    t385_386 = both(t353) * t356_357;
+    t387_388 = two(tau_right_hip_pitch, tau_left_hip_pitch) - t337_338;
     // solved by the factors
-    t367_368 = R::Two::fused(t138_139, two(R::constant(43.10344827586207), R::constant(-20.114942528735636)), t365_366);
-    t369_370 = R::Two::fused(t150_151 * two(R::constant(-1.0), R::constant(1.0)), t351_352, t367_368);
-    t371_372 = R::Two::fused(t166_167 * two(R::constant(-1.0), R::constant(1.0)), t359_360, t369_370);
-    t373_374 = R::Two::fused(-both(t188), t371_372, t361_362);
+    t389_390 = t387_388 - t369_370;
+    t391_392 = t140_141 * t335_336;
+    t393_394 = t389_390 - t391_392;
+    t395_396 = t175_176 * t393_394; // other
+    t397 = R::fused(sin_q_base_pitch, R::constant(21.582), -t337_338.second()); // left_upper_leg
+    t398 = t337_338.first() - t397; // right_upper_leg: wrench handed to its parent
+    t399 = tau_base_pitch - t398; // other
+    t400 = t399 - t369_370.second();
+    t401 = t400 - t369_370.first();
+    t402 = t401 - t391_392.second();
+    t403 = t402 - t391_392.first();
+    t404 = t393_394.second() - t403;
+    t405 = t393_394.first() + t404;
     // other
-    t375_376 = both(t190) * t373_374;
-    t377_378 = R::Two::fused(t197_198, both(R::constant(0.06)), t270_271);
-    t379_380 = R::Two::fused(both(R::constant(9.81)), t365_366, t377_378);
-    t381_382 = t375_376 * both(t325);
-    t383_384 = both(t187) * t371_372;
-    t385_386 = R::Two::fused(-t383_384, both(t324), t381_382);
-    t387_388 = t108_109 * t359_360;
-    t389_390 = R::Two::fused(t387_388 * two(R::constant(-1.0), R::constant(1.0)), t300_301, t385_386);
-    t391_392 = t62_63 * t351_352;
-    t393_394 = R::Two::fused(t391_392 * two(R::constant(-1.0), R::constant(1.0)), t284_285, t389_390);
-    t395_396 = R::Two::fused(t274_275, two(R::constant(-43.10344827586207), R::constant(20.114942528735636)), t393_394);
-    t397_398 = t379_380 + t395_396;
-    t399_400 = t373_374 * t375_376;
-    t401_402 = R::Two::fused(t371_372, t383_384, t399_400);
-    t403_404 = R::Two::fused(t359_360, t387_388, t401_402);
-    t405_406 = R::Two::fused(t351_352, t391_392, t403_404);
-    t407_408 = t405_406 + two(R::constant(6.4655172413793105), R::constant(1.4080459770114946));
-    t409 = R::constant(1.0) / t407_408.first();
-    t410 = t397_398.first() * t409;
-    t411_412 = R::Two::fused(t26_27, both(R::constant(17.241379310344826)), t365_366); // solved by the factors
-    t413_414 = R::Two::fused(both(R::constant(0.3)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.06)));
+    t406 = t177 * t405;
+    t407_408 = t354_355 * t383_384;
+    t409_410 = R::Two::fused(t347_348, t379_380, t407_408);
+    t411_412 = R::Two::fused(t144_145, t257_258, t409_410);
+    t413_414 = R::Two::fused(t56_57, t259_260, t411_412);
+    t415_416 = t413_414 + two(R::constant(6.4655172413793105), R::constant(1.4080459770114946));
+    // torso: wrench handed to its parent
+    t417 = sin_q_base_pitch * t367;
+    t418 = cos_q_base_pitch * t367;
+    t419 = R::fused(-cos_q_base_pitch, t368, t417);
+    t420 = R::fused(sin_q_base_pitch, t368, t418);
+    t421 = tau_base_x + t419; // other
+    t422 = R::constant(186.39) - t420;
+    t423 = R::fused(t329_330.second(), t146_147.second(), t421); // solved by the factors
+    t424 = tau_base_z - t422; // other
     // solved by the factors
-    t415_416 = R::Two::fused(t50_51, both(R::constant(-17.241379310344826)), t413_414);
+    t425 = R::fused(t329_330.first(), t146_147.first(), t423);
+    t426 = R::fused(t329_330.second(), t196_197.second(), t424);
+    t427 = R::fused(-t178_179.second(), t335_336.second(), t425);
+    t428 = R::fused(t329_330.first(), t196_197.first(), t426);
     let (
-        t417_418, t419_420, t421_422, t423_424, t425_426, t427_428, t429_430, t431_432, t433_434, t435_436, t437_438,
-        t439_440, t441_442, t443_444, t445, t446_447, t448_449, t450_451, t452_453, t454_455, t456_457, t458_459,
-        t460_461, t462_463, t464_465, t466_467, t468_469, t470, t471_472, t473_474, t475_476, t477_478, t479_480, t481,
-        t482, t483, t484, t485, t486, t487, t488, t489, t490, t491, t492, t493, t494, t495, t496, t497, t498, t499,
-        t500, t501, t502, t503, t504, t505, t506, t507, t508, t509, t510, t511, t512, t513, t514, t515, t516, t517,
-        t518, t519, t520, t521, t522, t523, t524, t525, t526, t527, t528, t529, t530, t531, t532, t533, t534_535, t536,
-        t537, t538, t539, t540, t541_542, t543, t544, t545, t546, t547, t548, t549_550, t551, t552, t553, t554, t555,
-        t556, t557, t558, t559, t560, t561, t562, t563, t564, t565, t566, t567, t568, t569, t570, t571, t572, t573,
-        t574, t575, t576, t577, t578, t579, t580, t581, t582, t583,
+        t429, t430, t431, t432, t433, t434, t435, t436, t437, t438, t439, t440, t441_442, t443_444, t445_446, t447_448,
+        t449_450, t451_452, t453_454, t455_456, t457_458, t459_460, t461, t462, t463, t464, t465, t466, t467, t468,
+        t469, t470, t471, t472, t473, t474, t475, t476, t477, t478, t479, t480, t481, t482, t483, t484, t485, t486_487,
+        t488_489, t490_491, t492_493, t494_495, t496_497, t498_499, t500_501, t502_503, t504_505, t506_507, t508_509,
+        t510, t511, t512, t513, t514, t515, t516, t517, t518, t519, t520, t521, t522, t523, t524, t525, t526, t527,
+        t528, t529, t530, t531, t532, t533, t534, t535, t536, t537, t538, t539, t540, t541, t542, t543, t544, t545,
+        t546, t547, t548, t549, t550, t551, t552, t553, t554, t555, t556, t557, t558, t559, t560, t561, t562, t563,
+        t564, t565, t566, t567, t568, t569, t570, t571, t572, t573, t574, t575, t576, t577, t578, t579, t580, t581,
+        t582, t583,
     );
-    t417_418 = R::Two::fused(-t64_65, t415_416, t411_412);
-    t419_420 = R::Two::fused(both(R::constant(-0.3)), t335_336, t413_414); // other
-    t421_422 = R::Two::fused(t78_79, both(R::constant(-17.241379310344826)), t419_420);
-    t423_424 = R::Two::fused(-t90_91, t415_416, t421_422);
-    t425_426 = R::Two::fused(-t110_111, t423_424, t417_418);
-    t427_428 = R::Two::fused(t138_139, both(R::constant(17.241379310344826)), t345_346);
-    t429_430 = R::Two::fused(-t150_151, t415_416, t427_428);
-    t431_432 = R::Two::fused(-t166_167, t423_424, t429_430);
-    t433_434 = R::Two::fused(both(t188), t431_432, t425_426);
+    t429 = R::fused(-t178_179.first(), t335_336.first(), t427);
+    t430 = R::fused(-t198_199.second(), t335_336.second(), t428);
+    t431 = R::fused(-t206_207.second(), t393_394.second(), t429);
+    t432 = R::fused(-t198_199.first(), t335_336.first(), t430);
+    t433 = R::fused(-t206_207.first(), t393_394.first(), t431);
+    t434 = R::fused(-t239_240.second(), t393_394.second(), t432);
+    t435 = R::fused(t285, t405, t433);
+    t436 = R::fused(-t239_240.first(), t393_394.first(), t434);
+    t437 = R::fused(t299, t405, t436);
+    t438 = R::fused(t351, t437, t435);
     // other
-    t435_436 = t433_434 * t375_376;
-    t437_438 = R::Two::fused(-t431_432, t383_384, t435_436);
-    t439_440 = R::Two::fused(t423_424 * two(R::constant(-1.0), R::constant(1.0)), t387_388, t437_438);
-    t441_442 = R::Two::fused(t415_416 * two(R::constant(-1.0), R::constant(1.0)), t391_392, t439_440);
-    t443_444 = R::Two::fused(two(R::constant(2.586206896551724), R::constant(1.2068965517241381)), two(R::constant(-1.0), R::constant(1.0)), t441_442);
-    t445 = t443_444.first() * t409;
-    t446_447 = R::Two::fused(t197_198, two(R::constant(0.15), R::constant(-0.07)), t264_265);
-    t448_449 = R::Two::fused(both(R::constant(9.81)), t345_346, -t446_447);
-    t450_451 = both(t190) * t433_434;
-    t452_453 = t450_451 * both(t325);
-    t454_455 = both(t187) * t431_432;
-    t456_457 = R::Two::fused(t454_455, both(t324), t452_453);
-    t458_459 = t108_109 * t423_424;
-    t460_461 = R::Two::fused(t458_459, t300_301, t456_457);
-    t462_463 = t62_63 * t415_416;
-    t464_465 = R::Two::fused(t462_463, t284_285, t460_461);
-    t466_467 = R::Two::fused(t274_275, both(R::constant(17.241379310344826)), t464_465);
-    t468_469 = t448_449 - t466_467;
-    t470 = R::fused(t397_398.first(), t445, t468_469.first());
-    t471_472 = t433_434 * t450_451;
-    t473_474 = R::Two::fused(t431_432, t454_455, t471_472);
-    t475_476 = R::Two::fused(t423_424, t458_459, t473_474);
-    t477_478 = R::Two::fused(t415_416, t462_463, t475_476);
-    t479_480 = t477_478 + both(R::constant(1.0344827586206895));
-    t481 = R::fused(-t443_444.first(), t445, t479_480.first());
+    t439 = t302 * t437;
+    t440 = t353 * t438;
+    t441_442 = t356_357 * t383_384;
+    t443_444 = R::Two::fused(-t349_350, t379_380, t441_442);
+    t445_446 = R::Two::fused(t269_270 * two(R::constant(-1.0), R::constant(1.0)), t257_258, t443_444);
+    t447_448 = R::Two::fused(t263_264 * two(R::constant(-1.0), R::constant(1.0)), t259_260, t445_446);
+    t449_450 = R::Two::fused(two(R::constant(2.586206896551724), R::constant(1.2068965517241381)), two(R::constant(-1.0), R::constant(1.0)), t447_448);
+    t451_452 = t356_357 * t385_386;
+    t453_454 = R::Two::fused(t349_350, t381_382, t451_452);
+    t455_456 = R::Two::fused(t269_270, t371_372, t453_454);
+    t457_458 = R::Two::fused(t263_264, t373_374, t455_456);
+    t459_460 = t457_458 + both(R::constant(1.0344827586206895));
+    t461 = R::constant(1.0) / t415_416.first();
+    t462 = t354_355.second() * t385_386.first();
+    t463 = t354_355.second() * t383_384.first();
+    t464 = R::fused(-t347_348.second(), t381_382.first(), t462);
+    t465 = R::fused(t347_348.second(), t379_380.first(), t463);
+    t466 = t356_357.second() * t383_384.first();
+    t467 = t356_357.second() * t385_386.first();
+    t468 = R::fused(-t349_350.second(), t379_380.first(), t466);
+    t469 = R::fused(t349_350.second(), t381_382.first(), t467);
+    t470 = t465 * t461;
+    t471 = R::fused(-t465, t470, t415_416.second());
+    t472 = R::fused(-t449_450.first(), t470, t464);
+    t473 = t468 * t461;
+    t474 = R::fused(-t465, t473, t449_450.second());
+    t475 = R::fused(-t449_450.first(), t473, t469);
+    t476 = R::fused(-t468, t473, t459_460.second());
+    t477 = t449_450.first() * t461;
+    t478 = R::fused(-t449_450.first(), t477, t459_460.first());
+    t479 = R::constant(1.0) / t478;
+    t480 = t472 * t479;
+    t481 = R::fused(-t472, t480, t471);
     t482 = R::constant(1.0) / t481;
-    t483 = t470 * t482;
-    t484 = t373_374.second() * t450_451.first();
-    t485 = R::fused(-t371_372.second(), t454_455.first(), t484);
-    t486 = t373_374.second() * t375_376.first();
-    t487 = R::fused(t371_372.second(), t383_384.first(), t486);
-    t488 = t487 * t409;
-    t489 = R::fused(-t443_444.first(), t488, t485);
-    t490 = t489 * t482;
-    t491 = R::fused(-t397_398.first(), t488, t397_398.second());
-    t492 = R::fused(t470, t490, t491);
-    t493 = R::fused(-t487, t488, t407_408.second());
-    t494 = R::fused(-t489, t490, t493);
-    t495 = R::constant(1.0) / t494;
-    t496 = t492 * t495;
-    t497 = t433_434.second() * t375_376.first();
-    t498 = R::fused(-t431_432.second(), t383_384.first(), t497);
-    t499 = t498 * t409;
-    t500 = R::fused(-t487, t499, t443_444.second());
-    t501 = t433_434.second() * t450_451.first();
-    t502 = R::fused(t431_432.second(), t454_455.first(), t501);
-    t503 = R::fused(-t443_444.first(), t499, t502);
-    t504 = t503 * t482;
-    t505 = R::fused(-t489, t504, t500);
-    t506 = t505 * t495;
-    t507 = R::fused(t397_398.first(), t499, t468_469.second());
-    t508 = R::fused(-t470, t504, t507);
-    t509 = R::fused(t492, t506, t508);
-    t510 = R::fused(-t498, t499, t479_480.second());
-    t511 = R::fused(-t503, t504, t510);
-    t512 = R::fused(-t505, t506, t511);
+    t483 = t475 * t479;
+    t484 = R::fused(-t472, t483, t474);
+    t485 = R::fused(-t475, t483, t476);
+    t486_487 = t383_384 * both(t438);
+    t488_489 = t385_386 * both(t438);
+    t490_491 = R::Two::fused(-t379_380, both(t437), t486_487);
+    t492_493 = R::Two::fused(t381_382, both(t437), t488_489);
+    t494_495 = R::Two::fused(t257_258 * two(R::constant(-1.0), R::constant(1.0)), t393_394, t490_491);
+    t496_497 = R::Two::fused(t371_372, t393_394, t492_493);
+    t498_499 = R::Two::fused(t259_260 * two(R::constant(-1.0), R::constant(1.0)), t335_336, t494_495);
+    t500_501 = R::Two::fused(t373_374, t335_336, t496_497);
+    t502_503 = R::Two::fused(t329_330, two(R::constant(-43.10344827586207), R::constant(20.114942528735636)), t498_499);
+    t504_505 = R::Two::fused(t329_330, both(R::constant(17.241379310344826)), t500_501);
+    t506_507 = t323_324 + t502_503;
+    t508_509 = t321_322 - t504_505;
+    t510 = t506_507.first() * t461;
+    t511 = t484 * t482;
+    t512 = R::fused(-t484, t511, t485);
     t513 = R::constant(1.0) / t512;
-    t514 = t509 * t513;
-    t515 = R::fused(t506, t514, t496);
-    t516 = R::fused(t490, t515, t483);
-    t517 = R::fused(-t504, t514, t516);
-    t518 = R::fused(t445, t517, t410);
-    t519 = R::fused(-t488, t515, t518);
-    t520 = R::fused(t499, t514, t519);
-    t521 = R::fused(-t375_376.first(), t520, t326);
-    t522 = R::fused(t450_451.first(), t517, t521);
-    t523 = R::fused(-t375_376.second(), t515, t522);
-    t524 = R::fused(t450_451.second(), t514, t523);
-    t525 = t187 * t324;
-    t526 = R::fused(t383_384.first(), t520, t525);
-    t527 = R::fused(t454_455.first(), t517, t526);
-    t528 = R::fused(t383_384.second(), t515, t527);
-    t529 = R::fused(t454_455.second(), t514, t528);
-    t530 = R::fused(t188, t524, t529); // solved by the factors
-    t531 = t133 * t312;
-    t532 = R::fused(-t134, t524, t531); // solved by the factors
-    t533 = R::fused(-t178, t530, t532); // solved by the factors
-    t534_535 = t108_109 * t300_301;
-    t536 = R::fused(t387_388.first(), t520, t534_535.first());
-    t537 = R::fused(t458_459.first(), t517, t536);
-    t538 = R::fused(-t110_111.first(), t524, t537); // solved by the factors
-    t539 = R::fused(-t166_167.first(), t530, t538); // solved by the factors
-    t540 = t539 - t533; // solved by the factors
-    t541_542 = t62_63 * t284_285;
-    t543 = R::fused(t391_392.first(), t520, t541_542.first());
-    t544 = R::fused(t462_463.first(), t517, t543);
+    t514 = R::fused(t506_507.first(), t477, t508_509.first());
+    t515 = R::fused(t506_507.first(), t473, t508_509.second());
+    t516 = R::fused(-t506_507.first(), t470, t506_507.second());
+    t517 = t514 * t479;
+    t518 = R::fused(t514, t480, t516);
+    t519 = R::fused(-t514, t483, t515);
+    t520 = t518 * t482;
+    t521 = R::fused(t518, t511, t519);
+    t522 = t521 * t513;
+    t523 = R::fused(t511, t522, t520);
+    t524 = R::fused(t480, t523, t517);
+    t525 = R::fused(-t483, t522, t524);
+    t526 = R::fused(t477, t525, t510);
+    t527 = R::fused(-t470, t523, t526);
+    t528 = R::fused(t473, t522, t527);
+    t529 = R::fused(-t383_384.first(), t528, t440);
+    t530 = R::fused(t379_380.first(), t528, t439);
+    t531 = R::fused(t385_386.first(), t525, t529);
+    t532 = R::fused(-t383_384.second(), t523, t531);
+    t533 = R::fused(t385_386.second(), t522, t532);
+    t534 = R::fused(-t285, t533, t406); // solved by the factors
+    t535 = R::fused(t381_382.first(), t525, t530);
+    t536 = R::fused(t379_380.second(), t523, t535);
+    t537 = R::fused(t381_382.second(), t522, t536);
+    t538 = R::fused(t351, t533, t537); // solved by the factors
+    t539 = R::fused(-t299, t538, t534); // solved by the factors
+    t540 = R::fused(-t257_258.second(), t523, t395_396.second());
+    t541 = R::fused(t257_258.first(), t528, t395_396.first());
+    t542 = R::fused(t371_372.second(), t522, t540);
+    t543 = R::fused(t371_372.first(), t525, t541);
     // solved by the factors
-    t545 = R::fused(-t64_65.first(), t524, t544);
-    t546 = R::fused(-t150_151.first(), t530, t545);
-    t547 = R::fused(-t90_91.first(), t533, t546);
-    t548 = R::fused(-t90_91.first(), t540, t547);
+    t544 = R::fused(-t206_207.first(), t533, t543);
+    t545 = R::fused(-t206_207.second(), t533, t542);
+    t546 = R::fused(-t239_240.first(), t538, t544);
+    t547 = R::fused(-t239_240.second(), t538, t545);
+    t548 = t546 - t539;
+    t549 = t547 - t539;
     // other
-    t549_550 = t274_275 * both(R::constant(287.35632183908046));
-    t551 = R::fused(R::constant(43.10344827586207), t520, t549_550.first());
-    t552 = R::fused(R::constant(17.241379310344826), t517, t551);
+    t550 = R::fused(-t259_260.second(), t523, t375_376.second());
+    t551 = R::fused(t259_260.first(), t528, t375_376.first());
+    t552 = R::fused(t373_374.second(), t522, t550);
+    t553 = R::fused(t373_374.first(), t525, t551);
     // solved by the factors
-    t553 = R::fused(t28_29.first(), t524, t552);
-    t554 = R::fused(t140_141.first(), t530, t553);
-    t555 = R::fused(-t80_81.first(), t533, t554);
-    t556 = R::fused(-t80_81.first(), t540, t555);
-    t557 = R::fused(-t52_53.first(), t548, t556);
-    t558 = R::fused(-t387_388.second(), t515, t534_535.second()); // other
-    t559 = R::fused(t458_459.second(), t514, t558); // other
-    t560 = R::fused(-t110_111.second(), t524, t559);
-    t561 = R::fused(-t166_167.second(), t530, t560);
-    t562 = t561 - t533;
-    t563 = R::fused(-t391_392.second(), t515, t541_542.second()); // other
-    t564 = R::fused(t462_463.second(), t514, t563); // other
-    t565 = R::fused(-t64_65.second(), t524, t564);
-    t566 = R::fused(-t150_151.second(), t530, t565);
-    t567 = R::fused(-t90_91.second(), t533, t566);
-    t568 = R::fused(-t90_91.second(), t562, t567);
-    t569 = R::fused(R::constant(-20.114942528735636), t515, t549_550.second()); // other
-    t570 = R::fused(R::constant(17.241379310344826), t514, t569); // other
-    t571 = R::fused(t28_29.second(), t524, t570);
-    t572 = R::fused(t140_141.second(), t530, t571);
-    t573 = R::fused(-t80_81.second(), t533, t572);
-    t574 = R::fused(-t80_81.second(), t562, t573);
-    t575 = R::fused(-t52_53.second(), t568, t574);
+    t554 = R::fused(-t178_179.first(), t533, t553);
+    t555 = R::fused(-t178_179.second(), t533, t552);
+    t556 = R::fused(-t198_199.first(), t538, t554);
+    t557 = R::fused(-t198_199.second(), t538, t555);
+    t558 = R::fused(-t140_141.first(), t539, t556);
+    t559 = R::fused(-t140_141.second(), t539, t557);
+    t560 = R::fused(-t140_141.first(), t548, t558);
+    t561 = R::fused(-t140_141.second(), t549, t559);
     // other
-    t576 = t345_346.first() * t520;
-    t577 = R::fused(t365_366.first(), t517, -t576);
-    t578 = t365_366.first() * t520;
-    t579 = R::fused(t345_346.first(), t517, t578);
-    t580 = t345_346.second() * t515;
-    t581 = R::fused(t365_366.second(), t514, -t580);
-    t582 = t365_366.second() * t515;
-    t583 = R::fused(t345_346.second(), t514, t582);
-    *out = [[t524, t530, t533, t540, t548, t557, t562, t568, t575, t577, t579, t581, t583]];
+    t562 = R::fused(R::constant(-20.114942528735636), t523, t377_378.second());
+    t563 = R::fused(R::constant(17.241379310344826), t522, t562);
+    t564 = R::fused(R::constant(43.10344827586207), t528, t377_378.first());
+    t565 = R::fused(R::constant(17.241379310344826), t525, t564);
+    // solved by the factors
+    t566 = R::fused(t146_147.first(), t533, t565);
+    t567 = R::fused(t146_147.second(), t533, t563);
+    t568 = R::fused(t196_197.first(), t538, t566);
+    t569 = R::fused(t196_197.second(), t538, t567);
+    // other
+    t570 = t253_254.second() * t523;
+    t571 = t255_256.second() * t523;
+    t572 = R::fused(t255_256.second(), t522, -t570);
+    t573 = R::fused(t253_254.second(), t522, t571);
+    t574 = t253_254.first() * t528;
+    t575 = t255_256.first() * t528;
+    t576 = R::fused(t255_256.first(), t525, -t574);
+    t577 = R::fused(t253_254.first(), t525, t575);
+    // solved by the factors
+    t578 = R::fused(-t138_139.first(), t539, t568);
+    t579 = R::fused(-t138_139.second(), t539, t569);
+    t580 = R::fused(-t138_139.first(), t548, t578);
+    t581 = R::fused(-t138_139.second(), t549, t579);
+    t582 = R::fused(-t48_49.first(), t560, t580);
+    t583 = R::fused(-t48_49.second(), t561, t581);
+    *out = [[t533, t538, t539, t548, t560, t582, t549, t561, t583, t576, t577, t572, t573]];
 }
 }
 
@@ -1293,534 +1306,549 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
         q_left_ankle_pitch, q_base_pitch,
     ]);
     let (
-        t0_1, t2_3, t4_5, t6_7, t8_9, t10_11, t12_13, t14_15, t16_17, t18_19, t20_21, t22_23, t24_25, t26_27, t28_29,
-        t30, t31, t32_33, t34_35, t36_37, t38_39, t40_41, t42_43, t44_45, t46_47, t48_49, t50_51, t52_53, t54_55,
-        t56_57, t58_59, t60_61, t62_63, t64_65, t66, t67, t68_69, t70_71, t72_73, t74_75, t76_77, t78_79, t80_81,
-        t82_83, t84_85, t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105, t106_107,
-        t108_109, t110_111, t112, t113, t114, t115, t116, t117, t118, t119, t120, t121, t122, t123, t124, t125, t126,
-        t127, t128, t129, t130, t131, t132, t133, t134, t135, t136_137, t138_139, t140_141, t142, t143, t144_145,
-        t146_147, t148_149, t150_151, t152, t153, t154_155, t156_157, t158_159, t160_161, t162_163, t164_165, t166_167,
-        t168, t169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183, t184, t185,
-        t186, t187, t188, t189, t190, t191_192, t193_194, t195_196, t197_198, t199_200, t201_202, t203_204, t205_206,
-        t207_208, t209_210, t211_212, t213_214, t215_216, t217_218, t219_220, t221_222, t223_224, t225_226, t227_228,
-        t229, t230, t231, t232, t233_234, t235_236, t237, t238, t239, t240, t241_242, t243, t244_245, t246_247,
-        t248_249, t250_251, t252_253, t254_255, t256_257, t258_259, t260_261, t262_263, t264_265, t266_267, t268_269,
-        t270_271, t272_273, t274_275, t276, t277, t278_279, t280_281, t282_283, t284_285, t286, t287, t288_289,
-        t290_291, t292_293, t294_295, t296_297, t298_299, t300_301, t302, t303, t304, t305, t306, t307, t308, t309,
-        t310, t311, t312, t313, t314, t315, t316, t317, t318, t319, t320, t321, t322, t323, t324, t325, t326, t327_328,
-        t329_330, t331_332, t333_334, t335_336, t337_338, t339_340, t341_342, t343_344, t345_346, t347_348, t349_350,
-        t351_352, t353_354, t355_356, t357_358, t359_360, t361_362, t363_364, t365_366, t367_368, t369_370, t371_372,
-        t373_374, t375_376, t377_378, t379_380, t381_382, t383_384, t385_386, t387_388, t389_390, t391_392, t393_394,
-        t395_396, t397_398, t399_400, t401_402, t403_404, t405_406, t407_408, t409, t410, t411_412, t413_414, t415_416,
+        t0_1, t2_3, t4_5, t6_7, t8_9, t10_11, t12, t13, t14_15, t16_17, t18_19, t20_21, t22_23, t24_25, t26_27, t28_29,
+        t30_31, t32_33, t34_35, t36_37, t38_39, t40_41, t42_43, t44_45, t46_47, t48_49, t50_51, t52_53, t54_55, t56_57,
+        t58_59, t60_61, t62_63, t64_65, t66_67, t68_69, t70_71, t72_73, t74_75, t76_77, t78_79, t80_81, t82_83, t84_85,
+        t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105, t106_107, t108_109,
+        t110_111, t112_113, t114_115, t116_117, t118_119, t120_121, t122_123, t124_125, t126_127, t128_129, t130_131,
+        t132_133, t134_135, t136, t137, t138_139, t140, t141_142, t143_144, t145_146, t147_148, t149_150, t151, t152,
+        t153, t154, t155_156, t157_158, t159, t160, t161, t162, t163, t164, t165_166, t167, t168_169, t170, t171,
+        t172_173, t174_175, t176, t177, t178, t179, t180, t181, t182, t183, t184, t185, t186_187, t188_189, t190_191,
+        t192_193, t194, t195, t196_197, t198, t199, t200, t201, t202, t203, t204_205, t206_207, t208, t209, t210, t211,
+        t212, t213, t214, t215, t216_217, t218, t219_220, t221_222, t223_224, t225_226, t227_228, t229_230, t231, t232,
+        t233, t234, t235_236, t237_238, t239_240, t241_242, t243_244, t245_246, t247_248, t249_250, t251_252, t253_254,
+        t255_256, t257_258, t259_260, t261_262, t263_264, t265_266, t267_268, t269_270, t271_272, t273, t274, t275_276,
+        t277_278, t279_280, t281_282, t283, t284, t285, t286, t287_288, t289_290, t291_292, t293_294, t295_296,
+        t297_298, t299_300, t301_302, t303_304, t305_306, t307_308, t309_310, t311_312, t313_314, t315_316, t317_318,
+        t319_320, t321_322, t323_324, t325_326, t327_328, t329_330, t331_332, t333_334, t335, t336, t337, t338_339,
+        t340_341, t342_343, t344_345, t346_347, t348_349, t350_351, t352_353, t354_355, t356_357, t358_359, t360_361,
+        t362, t363, t364, t365_366, t367_368, t369_370, t371_372, t373_374, t375, t376, t377, t378_379, t380_381,
+        t382_383, t384, t385, t386, t387, t388, t389, t390_391, t392_393, t394_395, t396_397, t398_399, t400, t401,
+        t402, t403, t404, t405, t406, t407, t408, t409, t410, t411, t412, t413, t414, t415, t416, t417, t418, t419,
+        t420,
     );
     // right_foot, left_foot: sums of what it carries
     t0_1 = both(R::constant(0.018)) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
     t2_3 = both(R::constant(0.018)) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t4_5 = t0_1 - t2_3;
-    t6_7 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t4_5; // right_lower_leg, left_lower_leg
-    t8_9 = t0_1 + t2_3;
-    // right_foot, left_foot: mass matrix
-    t10_11 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t8_9, t6_7);
-    t12_13 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t10_11;
-    t14_15 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t4_5; // right_lower_leg, left_lower_leg
-    t16_17 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t8_9, t14_15);
-    t18_19 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t16_17, t12_13);
-    t20_21 = both(sin_q_base_pitch) * t18_19;
-    t22_23 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t10_11;
-    t24_25 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t16_17, t22_23);
-    t26_27 = R::Two::fused(both(cos_q_base_pitch), t24_25, t20_21);
-    // factors of the mass matrix
-    t28_29 = t26_27 * both(R::constant(287.35632183908046));
-    t30 = R::fused(-t26_27.second(), t28_29.second(), R::constant(19.0));
-    t31 = R::fused(-t26_27.first(), t28_29.first(), t30);
-    t32_33 = both(R::constant(0.362)) + t8_9; // right_foot, left_foot: sums of what it carries
-    t34_35 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t32_33, -t6_7);
-    t36_37 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t34_35; // right_upper_leg, left_upper_leg
-    t38_39 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t32_33, t14_15);
-    // right_lower_leg, left_lower_leg: mass matrix
-    t40_41 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t38_39, t36_37);
-    t42_43 = both(sin_q_base_pitch) * t40_41;
-    t44_45 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t34_35; // right_upper_leg, left_upper_leg
-    t46_47 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t38_39, t44_45);
-    t48_49 = R::Two::fused(both(cos_q_base_pitch), t46_47, t42_43);
-    t50_51 = R::Two::fused(both(R::constant(0.3)), t8_9, both(R::constant(0.00348))); // right_foot, left_foot
-    // factors of the mass matrix
-    t52_53 = t50_51 * both(R::constant(287.35632183908046));
-    t54_55 = R::Two::fused(t26_27, t52_53, t48_49);
+    // other
+    t4_5 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t6_7 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t8_9 = R::Two::fused(both(R::constant(0.3)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.039999999999999994), R::constant(0.15)));
+    t10_11 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
+    t12 = cos_q_base_pitch * R::constant(9.81); // torso: motion
+    t13 = sin_q_base_pitch * R::constant(9.81); // torso: motion
     // right_foot, left_foot: sums of what it carries
-    t56_57 = R::Two::fused(both(R::constant(0.6)), t8_9, both(R::constant(0.00348)));
-    t58_59 = both(R::constant(0.08816)) + t56_57;
-    // factors of the mass matrix
-    t60_61 = R::Two::fused(-t50_51, t52_53, t58_59);
-    t62_63 = both(R::constant(1.0)) / t60_61;
-    t64_65 = t54_55 * t62_63;
-    t66 = R::fused(-t54_55.second(), t64_65.second(), t31);
-    t67 = R::fused(-t54_55.first(), t64_65.first(), t66);
-    t68_69 = both(R::constant(0.925)) + t38_39; // right_lower_leg, left_lower_leg: sums of what it carries
-    t70_71 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t68_69, t36_37);
-    t72_73 = both(sin_q_base_pitch) * t70_71; // right_upper_leg, left_upper_leg: mass matrix
-    t74_75 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t68_69, -t44_45);
-    t76_77 = R::Two::fused(-both(cos_q_base_pitch), t74_75, t72_73); // right_upper_leg, left_upper_leg: mass matrix
-    t78_79 = R::Two::fused(both(R::constant(0.3)), t16_17, t50_51); // right_foot, left_foot: mass matrix
-    t80_81 = t78_79 * both(R::constant(287.35632183908046));
-    t82_83 = t26_27 * t80_81;
-    t84_85 = t76_77 + t82_83;
-    t86_87 = R::Two::fused(both(R::constant(0.3)), t38_39, t58_59); // right_lower_leg, left_lower_leg: mass matrix
-    t88_89 = R::Two::fused(-t78_79, t52_53, t86_87);
-    t90_91 = t88_89 * t62_63;
-    t92_93 = t54_55 * t90_91;
-    t94_95 = t84_85 - t92_93;
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t96_97 = R::Two::fused(both(R::constant(0.6)), t38_39, t58_59);
-    t98_99 = both(R::constant(0.241)) + t96_97;
-    // factors of the mass matrix
-    t100_101 = t78_79 * t80_81;
-    t102_103 = t98_99 - t100_101;
-    t104_105 = t88_89 * t90_91;
-    t106_107 = t102_103 - t104_105;
-    t108_109 = both(R::constant(1.0)) / t106_107;
-    t110_111 = t94_95 * t108_109;
-    t112 = R::fused(-t94_95.second(), t110_111.second(), t67);
-    t113 = R::fused(-t94_95.first(), t110_111.first(), t112);
-    t114 = R::constant(2.2) - t74_75.second(); // left_upper_leg: sums of what it carries
-    t115 = t114 - t74_75.first(); // right_upper_leg: sums of what it carries
-    t116 = cos_q_base_pitch * t115; // torso: sums of what it carries
-    t117 = t70_71.second() + t70_71.first(); // right_upper_leg: sums of what it carries
-    t118 = R::fused(sin_q_base_pitch, t117, t116); // torso: sums of what it carries
-    t119 = t118 + t82_83.second();
-    t120 = t119 + t82_83.first();
-    t121 = t120 - t92_93.second();
-    t122 = t121 - t92_93.first();
-    t123 = t94_95.second() - t122;
-    t124 = t94_95.first() + t123;
-    t125 = R::constant(0.734) + t98_99.second(); // left_upper_leg: sums of what it carries
-    t126 = t98_99.first() + t125; // right_upper_leg: sums of what it carries
-    t127 = t126 - t100_101.second();
-    t128 = t127 - t100_101.first();
-    t129 = t128 - t104_105.second();
-    t130 = t129 - t104_105.first();
-    t131 = t106_107.second() - t130;
-    t132 = t106_107.first() + t131;
-    t133 = R::constant(1.0) / t132;
-    t134 = t124 * t133;
-    t135 = R::fused(t124, t134, t113);
-    // right_foot, left_foot: mass matrix
-    t136_137 = both(cos_q_base_pitch) * t18_19;
-    t138_139 = R::Two::fused(-both(sin_q_base_pitch), t24_25, t136_137);
-    // factors of the mass matrix
-    t140_141 = t138_139 * both(R::constant(287.35632183908046));
-    t142 = t26_27.second() * t140_141.second();
-    t143 = R::fused(t26_27.first(), t140_141.first(), t142);
-    // right_lower_leg, left_lower_leg: mass matrix
-    t144_145 = both(cos_q_base_pitch) * t40_41;
-    t146_147 = R::Two::fused(-both(sin_q_base_pitch), t46_47, t144_145);
-    // factors of the mass matrix
-    t148_149 = R::Two::fused(t138_139, t52_53, t146_147);
-    t150_151 = t148_149 * t62_63;
-    t152 = R::fused(t54_55.second(), t150_151.second(), t143);
-    t153 = R::fused(t54_55.first(), t150_151.first(), t152);
-    // right_upper_leg, left_upper_leg: mass matrix
-    t154_155 = both(cos_q_base_pitch) * t70_71;
-    t156_157 = R::Two::fused(both(sin_q_base_pitch), t74_75, t154_155);
-    // factors of the mass matrix
-    t158_159 = t138_139 * t80_81;
-    t160_161 = t156_157 + t158_159;
-    t162_163 = t148_149 * t90_91;
-    t164_165 = t160_161 - t162_163;
-    t166_167 = t164_165 * t108_109;
-    t168 = R::fused(t94_95.second(), t166_167.second(), t153);
-    t169 = R::fused(t94_95.first(), t166_167.first(), t168);
-    t170 = sin_q_base_pitch * t115; // torso: sums of what it carries
-    t171 = R::fused(-cos_q_base_pitch, t117, t170); // torso: sums of what it carries
-    t172 = t171 - t158_159.second();
-    t173 = t172 - t158_159.first();
-    t174 = t173 + t162_163.second();
-    t175 = t174 + t162_163.first();
-    t176 = t164_165.second() + t175;
-    t177 = t164_165.first() + t176;
-    t178 = t177 * t133;
-    t179 = R::fused(-t124, t178, t169);
-    t180 = R::fused(-t138_139.second(), t140_141.second(), R::constant(19.0));
-    t181 = R::fused(-t138_139.first(), t140_141.first(), t180);
-    t182 = R::fused(-t148_149.second(), t150_151.second(), t181);
-    t183 = R::fused(-t148_149.first(), t150_151.first(), t182);
-    t184 = R::fused(-t164_165.second(), t166_167.second(), t183);
-    t185 = R::fused(-t164_165.first(), t166_167.first(), t184);
-    t186 = R::fused(t177, t178, t185);
-    t187 = R::constant(1.0) / t186;
-    t188 = t179 * t187;
-    t189 = R::fused(-t179, t188, t135);
-    t190 = R::constant(1.0) / t189;
-    t191_192 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
-    t193_194 = t191_192 + two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
-    // right_foot, left_foot: motion
-    t195_196 = t193_194 + two(v_right_ankle_pitch, v_left_ankle_pitch);
-    t197_198 = t195_196 * t195_196;
-    t199_200 = both(R::constant(0.018)) * t197_198; // right_foot, left_foot: wrench that its motion needs
-    // right_foot, left_foot: wrench handed to its parent
-    t201_202 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t199_200;
-    t203_204 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t199_200;
-    t205_206 = t201_202 + t203_204;
-    t207_208 = t193_194 * t193_194; // right_lower_leg, left_lower_leg: motion
-    t209_210 = R::Two::fused(both(R::constant(0.362)), t207_208, t205_206);
-    t211_212 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t209_210; // right_lower_leg, left_lower_leg
-    t213_214 = t201_202 - t203_204;
-    t215_216 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t213_214, t211_212);
-    t217_218 = t191_192 * t191_192; // right_upper_leg, left_upper_leg: motion
-    t219_220 = R::Two::fused(both(R::constant(0.925)), t217_218, t215_216); // right_lower_leg, left_lower_leg
-    t221_222 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t219_220; // right_upper_leg, left_upper_leg
-    // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t223_224 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t209_210;
-    t225_226 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t213_214, t223_224);
-    t227_228 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t225_226, t221_222);
-    t229 = v_base_pitch * v_base_pitch; // torso: motion
-    t230 = R::fused(R::constant(2.2), t229, -t227_228.second()); // left_upper_leg: wrench handed to its parent
-    t231 = t230 - t227_228.first(); // right_upper_leg: wrench handed to its parent
-    t232 = sin_q_base_pitch * t231; // torso: wrench handed to its parent
-    // right_upper_leg, left_upper_leg: wrench handed to its parent
-    t233_234 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t219_220;
-    t235_236 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t225_226, t233_234);
-    t237 = t235_236.second() + t235_236.first(); // right_upper_leg: wrench handed to its parent
-    t238 = R::fused(-cos_q_base_pitch, t237, t232); // torso: wrench handed to its parent
-    t239 = tau_base_x + t238; // other
-    t240 = cos_q_base_pitch * R::constant(9.81); // torso: motion
-    t241_242 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(t240); // right_upper_leg, left_upper_leg: motion
-    t243 = sin_q_base_pitch * R::constant(9.81); // torso: motion
-    t244_245 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t243), t241_242);
-    // right_lower_leg, left_lower_leg: motion
-    t246_247 = R::Two::fused(t217_218, both(R::constant(0.3)), t244_245);
-    t248_249 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t246_247;
+    t14_15 = t0_1 + t2_3;
+    t16_17 = t0_1 - t2_3;
+    // other
+    t18_19 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t4_5);
+    t20_21 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t6_7);
+    t22_23 = t10_11 + two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
+    t24_25 = R::Two::fused(both(R::constant(0.3)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.06)));
     // right_upper_leg, left_upper_leg: motion
-    t250_251 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(t240);
-    t252_253 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(t243), t250_251);
-    t254_255 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t252_253, t248_249);
-    // right_foot, left_foot: motion
-    t256_257 = R::Two::fused(both(R::constant(0.3)), t207_208, t254_255);
-    t258_259 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t256_257;
+    t26_27 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(t12);
+    t28_29 = t10_11 * t10_11;
+    t30_31 = R::Two::fused(both(R::constant(0.3)), t14_15, both(R::constant(0.00348))); // right_foot, left_foot
+    t32_33 = R::Two::fused(both(R::constant(0.6)), t14_15, both(R::constant(0.00348))); // right_foot, left_foot
+    t34_35 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t16_17; // right_lower_leg, left_lower_leg
+    t36_37 = both(R::constant(0.362)) + t14_15; // right_foot, left_foot: sums of what it carries
+    t38_39 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t16_17; // right_lower_leg, left_lower_leg
+    t40_41 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t18_19; // other
+    t42_43 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t13), t26_27);
+    t44_45 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(t12);
+    t46_47 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(t13), t44_45);
+    t48_49 = t30_31 * both(R::constant(287.35632183908046)); // factors of the mass matrix
+    t50_51 = both(R::constant(0.08816)) + t32_33; // right_foot, left_foot: sums of what it carries
+    t52_53 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t20_21, t40_41); // other
+    t54_55 = R::Two::fused(t28_29, both(R::constant(0.3)), t42_43); // right_lower_leg, left_lower_leg: motion
+    // right_foot, left_foot: mass matrix
+    t56_57 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t14_15, t38_39);
+    t58_59 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t14_15, t34_35);
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t60_61 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t36_37, -t38_39);
+    t62_63 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t36_37, t34_35);
+    t64_65 = t22_23 + two(v_right_ankle_pitch, v_left_ankle_pitch); // right_foot, left_foot: motion
+    t66_67 = t22_23 * t22_23; // right_lower_leg, left_lower_leg: motion
+    t68_69 = t64_65 * t64_65; // right_foot, left_foot: motion
+    // right_foot, left_foot: mass matrix
+    t70_71 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t56_57;
+    t72_73 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t56_57;
+    t74_75 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t58_59, t70_71);
+    t76_77 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t58_59, t72_73);
+    t78_79 = R::Two::fused(both(R::constant(0.3)), t58_59, t30_31);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t80_81 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t60_61;
+    t82_83 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t60_61;
+    // factors of the mass matrix
+    t84_85 = R::Two::fused(-t30_31, t48_49, t50_51);
+    t86_87 = both(R::constant(1.0)) / t84_85;
+    t88_89 = both(R::constant(0.925)) + t62_63; // right_lower_leg, left_lower_leg: sums of what it carries
+    t90_91 = R::Two::fused(both(R::constant(0.3)), t62_63, t50_51); // right_lower_leg, left_lower_leg: mass matrix
+    t92_93 = R::Two::fused(both(R::constant(0.6)), t62_63, t50_51); // right_lower_leg, left_lower_leg
+    t94_95 = R::Two::fused(-t78_79, t48_49, t90_91);
+    t96_97 = both(R::constant(0.241)) + t92_93; // right_lower_leg, left_lower_leg: sums of what it carries
+    // right_lower_leg, left_lower_leg: mass matrix
+    t98_99 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t62_63, t80_81);
+    t100_101 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t62_63, t82_83);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t102_103 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t88_89, t80_81);
+    t104_105 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t88_89, -t82_83);
+    // right_foot, left_foot: mass matrix
+    t106_107 = both(sin_q_base_pitch) * t74_75;
+    t108_109 = both(cos_q_base_pitch) * t74_75;
+    t110_111 = R::Two::fused(both(cos_q_base_pitch), t76_77, t106_107);
+    t112_113 = R::Two::fused(-both(sin_q_base_pitch), t76_77, t108_109);
+    // right_lower_leg, left_lower_leg: mass matrix
+    t114_115 = both(sin_q_base_pitch) * t98_99;
+    t116_117 = both(cos_q_base_pitch) * t98_99;
+    t118_119 = R::Two::fused(both(cos_q_base_pitch), t100_101, t114_115);
+    t120_121 = R::Two::fused(-both(sin_q_base_pitch), t100_101, t116_117);
+    // factors of the mass matrix
+    t122_123 = R::Two::fused(t110_111, t48_49, t118_119);
+    t124_125 = R::Two::fused(t112_113, t48_49, t120_121);
+    // right_upper_leg, left_upper_leg: mass matrix
+    t126_127 = both(sin_q_base_pitch) * t102_103;
+    t128_129 = R::Two::fused(-both(cos_q_base_pitch), t104_105, t126_127);
+    // factors of the mass matrix
+    t130_131 = t78_79 * both(R::constant(287.35632183908046));
+    t132_133 = t94_95 * t86_87;
+    t134_135 = t94_95 * t132_133;
+    t136 = R::constant(2.2) - t104_105.second(); // left_upper_leg: sums of what it carries
+    t137 = t136 - t104_105.first(); // right_upper_leg: sums of what it carries
+    t138_139 = t110_111 * both(R::constant(287.35632183908046));
+    t140 = t102_103.second() + t102_103.first(); // right_upper_leg: sums of what it carries
+    // right_upper_leg, left_upper_leg: mass matrix
+    t141_142 = both(cos_q_base_pitch) * t102_103;
+    t143_144 = R::Two::fused(both(sin_q_base_pitch), t104_105, t141_142);
+    // factors of the mass matrix
+    t145_146 = t110_111 * t130_131;
+    t147_148 = t128_129 + t145_146;
+    t149_150 = t78_79 * t130_131;
+    t151 = R::fused(-t110_111.second(), t138_139.second(), R::constant(19.0));
+    t152 = R::fused(-t110_111.first(), t138_139.first(), t151);
+    t153 = R::constant(0.734) + t96_97.second(); // left_upper_leg: sums of what it carries
+    t154 = t96_97.first() + t153; // right_upper_leg: sums of what it carries
+    t155_156 = t96_97 - t149_150;
+    t157_158 = t155_156 - t134_135;
+    t159 = t154 - t149_150.second();
+    t160 = t159 - t149_150.first();
+    t161 = t160 - t134_135.second();
+    t162 = t161 - t134_135.first();
+    t163 = t157_158.second() - t162;
+    t164 = t157_158.first() + t163;
+    t165_166 = both(R::constant(1.0)) / t157_158;
+    t167 = R::constant(1.0) / t164;
+    t168_169 = t122_123 * t86_87;
+    t170 = R::fused(-t122_123.second(), t168_169.second(), t152);
+    t171 = R::fused(-t122_123.first(), t168_169.first(), t170);
+    t172_173 = t122_123 * t132_133;
+    t174_175 = t147_148 - t172_173;
+    // torso: sums of what it carries
+    t176 = cos_q_base_pitch * t137;
+    t177 = sin_q_base_pitch * t137;
+    t178 = R::fused(sin_q_base_pitch, t140, t176);
+    t179 = R::fused(-cos_q_base_pitch, t140, t177);
+    // factors of the mass matrix
+    t180 = t178 + t145_146.second();
+    t181 = t180 + t145_146.first();
+    t182 = t181 - t172_173.second();
+    t183 = t182 - t172_173.first();
+    t184 = t174_175.second() - t183;
+    t185 = t174_175.first() + t184;
+    t186_187 = t112_113 * both(R::constant(287.35632183908046));
+    t188_189 = t124_125 * t86_87;
+    t190_191 = t112_113 * t130_131;
+    t192_193 = t143_144 + t190_191;
+    t194 = t179 - t190_191.second();
+    t195 = t194 - t190_191.first();
+    t196_197 = t174_175 * t165_166;
+    t198 = R::fused(-t174_175.second(), t196_197.second(), t171);
+    t199 = R::fused(-t174_175.first(), t196_197.first(), t198);
+    t200 = t110_111.second() * t186_187.second();
+    t201 = R::fused(t110_111.first(), t186_187.first(), t200);
+    t202 = R::fused(t122_123.second(), t188_189.second(), t201);
+    t203 = R::fused(t122_123.first(), t188_189.first(), t202);
+    t204_205 = t124_125 * t132_133;
+    t206_207 = t192_193 - t204_205;
+    t208 = t195 + t204_205.second();
+    t209 = t208 + t204_205.first();
+    t210 = t206_207.second() + t209;
+    t211 = t206_207.first() + t210;
+    t212 = R::fused(-t112_113.second(), t186_187.second(), R::constant(19.0));
+    t213 = R::fused(-t112_113.first(), t186_187.first(), t212);
+    t214 = R::fused(-t124_125.second(), t188_189.second(), t213);
+    t215 = R::fused(-t124_125.first(), t188_189.first(), t214);
+    t216_217 = both(R::constant(0.018)) * t68_69; // right_foot, left_foot: wrench that its motion needs
+    t218 = v_base_pitch * v_base_pitch; // torso: motion
     // right_lower_leg, left_lower_leg: motion
-    t260_261 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t246_247;
-    t262_263 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t252_253, t260_261);
-    t264_265 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t262_263, t258_259);
-    t266_267 = both(R::constant(0.018)) * t264_265; // right_foot, left_foot: wrench that its motion needs
-    // right_foot, left_foot: motion
-    t268_269 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t256_257;
-    t270_271 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t262_263, t268_269);
-    t272_273 = R::Two::fused(both(R::constant(-0.018)), t270_271, t266_267); // right_foot, left_foot
-    t274_275 = two(tau_right_ankle_pitch, tau_left_ankle_pitch) - t272_273; // other
-    t276 = R::fused(t274_275.second(), t28_29.second(), t239); // solved by the factors
-    t277 = R::fused(t274_275.first(), t28_29.first(), t276); // solved by the factors
+    t219_220 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t54_55;
+    t221_222 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t54_55;
+    t223_224 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t46_47, t219_220);
+    t225_226 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t46_47, t221_222);
+    t227_228 = R::Two::fused(both(R::constant(0.3)), t66_67, t223_224); // right_foot, left_foot: motion
+    // factors of the mass matrix
+    t229_230 = t206_207 * t165_166;
+    t231 = R::fused(t174_175.second(), t229_230.second(), t203);
+    t232 = R::fused(t174_175.first(), t229_230.first(), t231);
+    t233 = R::fused(-t206_207.second(), t229_230.second(), t215);
+    t234 = R::fused(-t206_207.first(), t229_230.first(), t233);
     // right_foot, left_foot: wrench handed to its parent
-    t278_279 = R::Two::fused(both(R::constant(0.362)), t262_263, t272_273);
-    t280_281 = R::Two::fused(both(R::constant(0.3)), t213_214, t278_279);
-    t282_283 = two(tau_right_knee_pitch, tau_left_knee_pitch) - t280_281; // other
+    t235_236 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t216_217;
+    t237_238 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t216_217;
+    // other
+    t239_240 = both(cos_q_base_pitch) * t52_53;
+    t241_242 = both(sin_q_base_pitch) * t52_53;
+    t243_244 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t18_19;
+    t245_246 = R::Two::fused(both(R::constant(0.3)), t18_19, t8_9);
     // solved by the factors
-    t284_285 = R::Two::fused(-t274_275, t52_53, t282_283);
-    t286 = R::fused(-t64_65.second(), t284_285.second(), t277);
-    t287 = R::fused(-t64_65.first(), t284_285.first(), t286);
+    t247_248 = R::Two::fused(t30_31, two(R::constant(-11.494252873563218), R::constant(-43.10344827586207)), t8_9);
+    t249_250 = R::Two::fused(t30_31, both(R::constant(-17.241379310344826)), t24_25);
+    // other
+    t251_252 = R::Two::fused(both(R::constant(-0.3)), t20_21, t24_25);
+    t253_254 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t20_21, t243_244);
+    // solved by the factors
+    t255_256 = R::Two::fused(t78_79, two(R::constant(-11.494252873563218), R::constant(-43.10344827586207)), t245_246);
+    t257_258 = R::Two::fused(t78_79, both(R::constant(-17.241379310344826)), t251_252);
+    // other
+    t259_260 = R::Two::fused(-both(sin_q_base_pitch), t253_254, t239_240);
+    t261_262 = R::Two::fused(both(cos_q_base_pitch), t253_254, t241_242);
+    // solved by the factors
+    t263_264 = R::Two::fused(-t132_133, t247_248, t255_256);
+    t265_266 = R::Two::fused(-t132_133, t249_250, t257_258);
+    // right_foot, left_foot: wrench handed to its parent
+    t267_268 = t235_236 + t237_238;
+    t269_270 = t235_236 - t237_238;
+    t271_272 = R::Two::fused(both(R::constant(0.362)), t66_67, t267_268);
+    t273 = t185 * t167; // factors of the mass matrix
+    t274 = R::fused(t185, t273, t199); // factors of the mass matrix
+    // right_foot, left_foot: motion
+    t275_276 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t227_228;
+    t277_278 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t227_228;
+    t279_280 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t225_226, t275_276);
+    t281_282 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t225_226, t277_278);
+    // factors of the mass matrix
+    t283 = t211 * t167;
+    t284 = R::fused(-t185, t283, t232);
+    t285 = R::fused(t211, t283, t234);
+    t286 = R::constant(1.0) / t285;
+    // solved by the factors
+    t287_288 = R::Two::fused(t110_111, two(R::constant(-11.494252873563218), R::constant(-43.10344827586207)), t259_260);
+    t289_290 = R::Two::fused(t110_111, both(R::constant(17.241379310344826)), t261_262);
+    t291_292 = R::Two::fused(t168_169, t247_248, t287_288);
+    t293_294 = R::Two::fused(-t168_169, t249_250, t289_290);
+    t295_296 = R::Two::fused(t196_197, t263_264, t291_292);
+    t297_298 = R::Two::fused(-t196_197, t265_266, t293_294);
     // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t288_289 = R::Two::fused(both(R::constant(0.925)), t252_253, t280_281);
-    t290_291 = R::Two::fused(both(R::constant(-0.3)), t225_226, t288_289);
-    t292_293 = two(tau_right_hip_pitch, tau_left_hip_pitch) - t290_291; // other
-    // solved by the factors
-    t294_295 = t274_275 * t80_81;
-    t296_297 = t292_293 - t294_295;
-    t298_299 = t90_91 * t284_285;
-    t300_301 = t296_297 - t298_299;
-    t302 = R::fused(-t110_111.second(), t300_301.second(), t287);
-    t303 = R::fused(-t110_111.first(), t300_301.first(), t302);
-    t304 = R::fused(sin_q_base_pitch, R::constant(21.582), -t290_291.second()); // left_upper_leg
-    t305 = t290_291.first() - t304; // right_upper_leg: wrench handed to its parent
-    t306 = tau_base_pitch - t305; // other
-    t307 = t306 - t294_295.second();
-    t308 = t307 - t294_295.first();
-    t309 = t308 - t298_299.second();
-    t310 = t309 - t298_299.first();
-    t311 = t300_301.second() - t310;
-    t312 = t300_301.first() + t311;
-    t313 = R::fused(t134, t312, t303);
-    t314 = cos_q_base_pitch * t231; // torso: wrench handed to its parent
-    t315 = R::fused(sin_q_base_pitch, t237, t314); // torso: wrench handed to its parent
-    t316 = R::constant(186.39) - t315; // torso: wrench handed to its parent
-    t317 = tau_base_z - t316; // other
-    t318 = R::fused(t274_275.second(), t140_141.second(), t317);
-    t319 = R::fused(t274_275.first(), t140_141.first(), t318);
-    t320 = R::fused(-t150_151.second(), t284_285.second(), t319);
-    t321 = R::fused(-t150_151.first(), t284_285.first(), t320);
-    t322 = R::fused(-t166_167.second(), t300_301.second(), t321);
-    t323 = R::fused(-t166_167.first(), t300_301.first(), t322);
-    t324 = R::fused(t178, t312, t323);
-    t325 = R::fused(t188, t324, t313);
+    t299_300 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t271_272;
+    t301_302 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t271_272;
+    t303_304 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t269_270, t299_300);
+    t305_306 = R::Two::fused(both(R::constant(0.925)), t28_29, t303_304);
+    t307_308 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t269_270, t301_302);
+    t309_310 = both(R::constant(0.018)) * t279_280; // right_foot, left_foot: wrench that its motion needs
     // other
-    t326 = t190 * t325;
-    t327_328 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t329_330 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t327_328);
-    t331_332 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t329_330;
-    t333_334 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t335_336 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t333_334);
-    t337_338 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t335_336, t331_332);
-    t339_340 = both(cos_q_base_pitch) * t337_338;
-    t341_342 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t329_330;
-    t343_344 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t335_336, t341_342);
-    t345_346 = R::Two::fused(-both(sin_q_base_pitch), t343_344, t339_340);
-    t347_348 = R::Two::fused(t26_27, two(R::constant(-11.494252873563218), R::constant(-43.10344827586207)), t345_346);
-    t349_350 = R::Two::fused(both(R::constant(0.3)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.039999999999999994), R::constant(0.15)));
+    t311_312 = R::Two::fused(t68_69, two(R::constant(0.039999999999999994), R::constant(0.15)), t279_280);
+    t313_314 = R::Two::fused(t68_69, both(R::constant(0.06)), t281_282);
+    t315_316 = R::Two::fused(both(R::constant(-0.018)), t281_282, t309_310); // right_foot, left_foot
+    t317_318 = R::Two::fused(both(R::constant(9.81)), t259_260, -t311_312);
+    t319_320 = R::Two::fused(both(R::constant(9.81)), t261_262, t313_314);
+    // right_foot, left_foot: wrench handed to its parent
+    t321_322 = R::Two::fused(both(R::constant(0.362)), t225_226, t315_316);
+    t323_324 = R::Two::fused(both(R::constant(0.3)), t269_270, t321_322);
+    t325_326 = two(tau_right_ankle_pitch, tau_left_ankle_pitch) - t315_316; // other
+    t327_328 = R::Two::fused(both(R::constant(0.925)), t46_47, t323_324); // right_lower_leg, left_lower_leg
+    t329_330 = two(tau_right_knee_pitch, tau_left_knee_pitch) - t323_324; // other
+    t331_332 = R::Two::fused(-t325_326, t48_49, t329_330); // solved by the factors
+    t333_334 = R::Two::fused(both(R::constant(-0.3)), t307_308, t327_328); // right_lower_leg, left_lower_leg
+    t335 = t284 * t286; // factors of the mass matrix
+    t336 = R::fused(-t284, t335, t274); // factors of the mass matrix
+    t337 = R::constant(1.0) / t336; // factors of the mass matrix
     // solved by the factors
-    t351_352 = R::Two::fused(t50_51, two(R::constant(-11.494252873563218), R::constant(-43.10344827586207)), t349_350);
-    t353_354 = R::Two::fused(t64_65, t351_352, t347_348);
-    t355_356 = R::Two::fused(both(R::constant(0.3)), t329_330, t349_350); // other
-    t357_358 = R::Two::fused(t78_79, two(R::constant(-11.494252873563218), R::constant(-43.10344827586207)), t355_356);
-    t359_360 = R::Two::fused(-t90_91, t351_352, t357_358);
-    t361_362 = R::Two::fused(t110_111, t359_360, t353_354);
+    t338_339 = R::Two::fused(t112_113, two(R::constant(11.494252873563218), R::constant(43.10344827586207)), t261_262);
+    t340_341 = R::Two::fused(t112_113, both(R::constant(17.241379310344826)), t259_260);
+    t342_343 = R::Two::fused(-t188_189, t247_248, t338_339);
+    t344_345 = R::Two::fused(-t188_189, t249_250, t340_341);
+    t346_347 = R::Two::fused(-t229_230, t263_264, t342_343);
+    t348_349 = R::Two::fused(-t229_230, t265_266, t344_345);
+    t350_351 = R::Two::fused(-both(t335), t346_347, t295_296);
+    t352_353 = R::Two::fused(both(t335), t348_349, t297_298);
+    // right_upper_leg, left_upper_leg: wrench handed to its parent
+    t354_355 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t305_306;
+    t356_357 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t305_306;
+    t358_359 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t307_308, t354_355);
+    t360_361 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t307_308, t356_357);
+    t362 = R::fused(R::constant(2.2), t218, -t358_359.second()); // left_upper_leg: wrench handed to its parent
+    t363 = t362 - t358_359.first(); // right_upper_leg: wrench handed to its parent
+    t364 = t360_361.second() + t360_361.first(); // right_upper_leg: wrench handed to its parent
+    t365_366 = t325_326 * t130_131; // solved by the factors
     // other
-    t363_364 = both(sin_q_base_pitch) * t337_338;
-    t365_366 = R::Two::fused(both(cos_q_base_pitch), t343_344, t363_364);
+    t367_368 = t165_166 * t263_264;
+    t369_370 = t86_87 * t247_248;
+    t371_372 = t165_166 * t265_266;
+    t373_374 = t86_87 * t249_250;
+    t375 = R::constant(1.0) - t48_49.first(); // solved by the factors
+    t376 = R::constant(1.0) - t130_131.first(); // solved by the factors
+    t377 = R::fused(-t132_133.first(), t375, t376); // solved by the factors
+    t378_379 = t325_326 * both(R::constant(287.35632183908046));
+    t380_381 = both(t286) * t346_347;
+    t382_383 = both(t286) * t348_349;
     // solved by the factors
-    t367_368 = R::Two::fused(t138_139, two(R::constant(11.494252873563218), R::constant(43.10344827586207)), t365_366);
-    t369_370 = R::Two::fused(-t150_151, t351_352, t367_368);
-    t371_372 = R::Two::fused(-t166_167, t359_360, t369_370);
-    t373_374 = R::Two::fused(-both(t188), t371_372, t361_362);
+    t384 = R::fused(-t168_169.first(), t375, t138_139.first());
+    t385 = R::fused(-t196_197.first(), t377, t384);
+    t386 = R::fused(-t188_189.first(), t375, t186_187.first());
+    t387 = R::fused(-t229_230.first(), t377, t386);
+    t388 = R::fused(t335, t387, t385);
     // other
-    t375_376 = both(t190) * t373_374;
-    t377_378 = R::Two::fused(t197_198, both(R::constant(0.06)), t270_271);
-    t379_380 = R::Two::fused(both(R::constant(9.81)), t365_366, t377_378);
-    t381_382 = t375_376 * both(t325);
-    t383_384 = both(t187) * t371_372;
-    t385_386 = R::Two::fused(-t383_384, both(t324), t381_382);
-    t387_388 = t108_109 * t359_360;
-    t389_390 = R::Two::fused(-t387_388, t300_301, t385_386);
-    t391_392 = t62_63 * t351_352;
-    t393_394 = R::Two::fused(-t391_392, t284_285, t389_390);
-    t395_396 = R::Two::fused(t274_275, two(R::constant(-11.494252873563218), R::constant(-43.10344827586207)), t393_394);
-    t397_398 = t379_380 + t395_396;
-    t399_400 = t373_374 * t375_376;
-    t401_402 = R::Two::fused(t371_372, t383_384, t399_400);
-    t403_404 = R::Two::fused(t359_360, t387_388, t401_402);
-    t405_406 = R::Two::fused(t351_352, t391_392, t403_404);
-    t407_408 = t405_406 + two(R::constant(0.4597701149425286), R::constant(6.4655172413793105));
-    t409 = R::constant(1.0) / t407_408.first();
-    t410 = t397_398.first() * t409;
-    t411_412 = R::Two::fused(t26_27, both(R::constant(17.241379310344826)), t365_366); // solved by the factors
-    t413_414 = R::Two::fused(both(R::constant(0.3)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.06)));
+    t389 = t86_87.first() * t375;
+    t390_391 = t86_87 * t331_332;
+    t392_393 = two(tau_right_hip_pitch, tau_left_hip_pitch) - t333_334;
     // solved by the factors
-    t415_416 = R::Two::fused(t50_51, both(R::constant(-17.241379310344826)), t413_414);
+    t394_395 = t392_393 - t365_366;
+    t396_397 = t132_133 * t331_332;
+    t398_399 = t394_395 - t396_397;
+    t400 = R::fused(sin_q_base_pitch, R::constant(21.582), -t333_334.second()); // left_upper_leg
+    t401 = t333_334.first() - t400; // right_upper_leg: wrench handed to its parent
+    t402 = tau_base_pitch - t401; // other
+    t403 = t402 - t365_366.second();
+    t404 = t403 - t365_366.first();
+    t405 = t404 - t396_397.second();
+    t406 = t405 - t396_397.first();
+    t407 = t398_399.second() - t406;
+    t408 = t398_399.first() + t407;
+    t409 = t167 * t408; // other
+    // torso: wrench handed to its parent
+    t410 = sin_q_base_pitch * t363;
+    t411 = cos_q_base_pitch * t363;
+    t412 = R::fused(-cos_q_base_pitch, t364, t410);
+    t413 = R::fused(sin_q_base_pitch, t364, t411);
+    t414 = tau_base_x + t412; // other
+    t415 = R::constant(186.39) - t413;
+    t416 = R::fused(t325_326.second(), t138_139.second(), t414); // solved by the factors
+    t417 = tau_base_z - t415; // other
+    // solved by the factors
+    t418 = R::fused(t325_326.first(), t138_139.first(), t416);
+    t419 = R::fused(t325_326.second(), t186_187.second(), t417);
+    t420 = R::fused(-t168_169.second(), t331_332.second(), t418);
     let (
-        t417_418, t419_420, t421_422, t423_424, t425_426, t427_428, t429_430, t431_432, t433_434, t435_436, t437_438,
-        t439_440, t441_442, t443_444, t445, t446_447, t448_449, t450_451, t452_453, t454_455, t456_457, t458_459,
-        t460_461, t462_463, t464_465, t466_467, t468_469, t470, t471_472, t473_474, t475_476, t477_478, t479_480, t481,
-        t482, t483, t484, t485, t486, t487, t488, t489, t490, t491, t492, t493, t494, t495, t496, t497, t498, t499,
-        t500, t501, t502, t503, t504, t505, t506, t507, t508, t509, t510, t511, t512, t513_514, t515, t516, t517, t518,
-        t519, t520, t521, t522, t523, t524, t525, t526, t527, t528, t529, t530, t531, t532, t533, t534, t535, t536,
-        t537, t538, t539, t540, t541, t542, t543, t544, t545, t546, t547, t548, t549, t550, t551, t552, t553, t554,
-        t555, t556, t557, t558, t559, t560, t561, t562, t563, t564, t565, t566, t567, t568, t569, t570, t571, t572,
-        t573, t574, t575, t576, t577, t578, t579, t580, t581, t582, t583, t584, t585, t586, t587, t588, t589, t590,
-        t591, t592, t593, t594, t595, t596, t597, t598_599, t600, t601, t602, t603, t604, t605, t606_607, t608, t609,
-        t610, t611, t612, t613, t614, t615, t616, t617, t618, t619, t620, t621, t622, t623, t624, t625, t626, t627,
-        t628, t629, t630, t631, t632, t633, t634, t635, t636, t637, t638, t639, t640, t641, t642, t643, t644, t645,
-        t646, t647, t648,
+        t421, t422, t423, t424, t425, t426, t427, t428, t429, t430, t431, t432_433, t434_435, t436, t437, t438, t439,
+        t440, t441_442, t443_444, t445_446, t447_448, t449_450, t451_452, t453_454, t455_456, t457_458, t459_460,
+        t461_462, t463_464, t465_466, t467_468, t469_470, t471_472, t473, t474, t475, t476, t477, t478, t479, t480,
+        t481, t482, t483, t484, t485, t486, t487, t488, t489, t490, t491, t492, t493, t494, t495, t496, t497, t498,
+        t499, t500, t501, t502, t503, t504, t505, t506, t507, t508, t509, t510, t511, t512, t513, t514, t515, t516_517,
+        t518_519, t520_521, t522_523, t524_525, t526_527, t528, t529_530, t531, t532_533, t534, t535_536, t537,
+        t538_539, t540, t541_542, t543_544, t545, t546, t547, t548, t549, t550, t551, t552, t553, t554, t555, t556,
+        t557, t558, t559, t560, t561, t562, t563, t564, t565, t566, t567, t568, t569, t570, t571, t572, t573, t574,
+        t575, t576, t577, t578, t579, t580, t581, t582, t583, t584, t585, t586, t587, t588, t589, t590, t591, t592,
+        t593, t594, t595, t596, t597, t598, t599, t600, t601, t602, t603, t604, t605, t606, t607, t608, t609, t610,
+        t611, t612, t613, t614, t615, t616, t617, t618, t619, t620, t621, t622, t623, t624, t625, t626, t627, t628,
+        t629, t630, t631, t632, t633, t634, t635, t636, t637, t638, t639, t640, t641, t642, t643, t644, t645, t646,
+        t647, t648,
     );
-    t417_418 = R::Two::fused(-t64_65, t415_416, t411_412);
-    t419_420 = R::Two::fused(both(R::constant(-0.3)), t335_336, t413_414); // other
-    t421_422 = R::Two::fused(t78_79, both(R::constant(-17.241379310344826)), t419_420);
-    t423_424 = R::Two::fused(-t90_91, t415_416, t421_422);
-    t425_426 = R::Two::fused(-t110_111, t423_424, t417_418);
-    t427_428 = R::Two::fused(t138_139, both(R::constant(17.241379310344826)), t345_346);
-    t429_430 = R::Two::fused(-t150_151, t415_416, t427_428);
-    t431_432 = R::Two::fused(-t166_167, t423_424, t429_430);
-    t433_434 = R::Two::fused(both(t188), t431_432, t425_426);
+    t421 = R::fused(t325_326.first(), t186_187.first(), t419);
+    t422 = R::fused(-t168_169.first(), t331_332.first(), t420);
+    t423 = R::fused(-t188_189.second(), t331_332.second(), t421);
+    t424 = R::fused(-t196_197.second(), t398_399.second(), t422);
+    t425 = R::fused(-t188_189.first(), t331_332.first(), t423);
+    t426 = R::fused(-t196_197.first(), t398_399.first(), t424);
+    t427 = R::fused(-t229_230.second(), t398_399.second(), t425);
+    t428 = R::fused(t273, t408, t426);
+    t429 = R::fused(-t229_230.first(), t398_399.first(), t427);
+    t430 = R::fused(t283, t408, t429);
+    t431 = R::fused(t335, t430, t428);
     // other
-    t435_436 = t433_434 * t375_376;
-    t437_438 = R::Two::fused(-t431_432, t383_384, t435_436);
-    t439_440 = R::Two::fused(-t423_424, t387_388, t437_438);
-    t441_442 = R::Two::fused(-t415_416, t391_392, t439_440);
-    t443_444 = t441_442 - two(R::constant(0.689655172413793), R::constant(2.586206896551724));
-    t445 = t443_444.first() * t409;
-    t446_447 = R::Two::fused(t197_198, two(R::constant(0.039999999999999994), R::constant(0.15)), t264_265);
-    t448_449 = R::Two::fused(both(R::constant(9.81)), t345_346, -t446_447);
-    t450_451 = both(t190) * t433_434;
-    t452_453 = t450_451 * both(t325);
-    t454_455 = both(t187) * t431_432;
-    t456_457 = R::Two::fused(t454_455, both(t324), t452_453);
-    t458_459 = t108_109 * t423_424;
-    t460_461 = R::Two::fused(t458_459, t300_301, t456_457);
-    t462_463 = t62_63 * t415_416;
-    t464_465 = R::Two::fused(t462_463, t284_285, t460_461);
-    t466_467 = R::Two::fused(t274_275, both(R::constant(17.241379310344826)), t464_465);
-    t468_469 = t448_449 - t466_467;
-    t470 = R::fused(t397_398.first(), t445, t468_469.first());
-    t471_472 = t433_434 * t450_451;
-    t473_474 = R::Two::fused(t431_432, t454_455, t471_472);
-    t475_476 = R::Two::fused(t423_424, t458_459, t473_474);
-    t477_478 = R::Two::fused(t415_416, t462_463, t475_476);
-    t479_480 = t477_478 + both(R::constant(1.0344827586206895));
-    t481 = R::fused(-t443_444.first(), t445, t479_480.first());
-    t482 = R::constant(1.0) / t481;
-    t483 = t470 * t482;
+    t432_433 = both(t337) * t350_351;
+    t434_435 = both(t337) * t352_353;
+    t436 = t337 * t388;
+    t437 = t337 * t431;
+    t438 = t286 * t387;
+    t439 = t286 * t430;
+    t440 = t165_166.first() * t377;
+    t441_442 = t165_166 * t398_399;
+    t443_444 = t350_351 * t432_433;
+    t445_446 = R::Two::fused(t346_347, t380_381, t443_444);
+    t447_448 = R::Two::fused(t263_264, t367_368, t445_446);
+    t449_450 = R::Two::fused(t247_248, t369_370, t447_448);
+    t451_452 = t449_450 + two(R::constant(0.4597701149425286), R::constant(6.4655172413793105));
+    t453_454 = t352_353 * t432_433;
+    t455_456 = R::Two::fused(-t348_349, t380_381, t453_454);
+    t457_458 = R::Two::fused(-t265_266, t367_368, t455_456);
+    t459_460 = R::Two::fused(-t249_250, t369_370, t457_458);
+    t461_462 = t459_460 - two(R::constant(0.689655172413793), R::constant(2.586206896551724));
+    t463_464 = t352_353 * t434_435;
+    t465_466 = R::Two::fused(t348_349, t382_383, t463_464);
+    t467_468 = R::Two::fused(t265_266, t371_372, t465_466);
+    t469_470 = R::Two::fused(t249_250, t373_374, t467_468);
+    t471_472 = t469_470 + both(R::constant(1.0344827586206895));
+    t473 = t388 * t434_435.first();
+    t474 = R::fused(t387, t382_383.first(), t473);
+    t475 = R::fused(t377, t371_372.first(), t474);
+    t476 = R::fused(t375, t373_374.first(), t475);
+    t477 = R::constant(17.241379310344826) + t476;
+    t478 = t388 * t432_433.first();
+    t479 = t388 * t436;
+    t480 = R::fused(-t387, t380_381.first(), t478);
+    t481 = R::fused(t387, t438, t479);
+    t482 = R::fused(-t377, t367_368.first(), t480);
+    t483 = R::fused(t377, t440, t481);
+    t484 = R::fused(-t375, t369_370.first(), t482);
+    t485 = R::fused(t375, t389, t483);
+    t486 = R::constant(11.494252873563218) - t484;
+    t487 = R::constant(287.35632183908046) + t485;
+    t488 = t350_351.second() * t436;
+    t489 = R::fused(-t346_347.second(), t438, t488);
+    t490 = t350_351.second() * t432_433.first();
+    t491 = t350_351.second() * t434_435.first();
+    t492 = R::fused(t346_347.second(), t380_381.first(), t490);
+    t493 = R::fused(-t346_347.second(), t382_383.first(), t491);
+    t494 = t352_353.second() * t432_433.first();
+    t495 = R::fused(-t348_349.second(), t380_381.first(), t494);
+    t496 = t352_353.second() * t434_435.first();
+    t497 = t352_353.second() * t436;
+    t498 = R::fused(t348_349.second(), t382_383.first(), t496);
+    t499 = R::fused(t348_349.second(), t438, t497);
+    t500 = R::constant(1.0) / t451_452.first();
+    t501 = t461_462.first() * t500;
+    t502 = t492 * t500;
+    t503 = R::fused(-t461_462.first(), t502, t493);
+    t504 = R::fused(-t492, t502, t451_452.second());
+    t505 = R::fused(t486, t502, t489);
+    t506 = t495 * t500;
+    t507 = R::fused(-t492, t506, t461_462.second());
+    t508 = R::fused(-t461_462.first(), t506, t498);
+    t509 = R::fused(t486, t506, t499);
+    t510 = R::fused(-t495, t506, t471_472.second());
+    t511 = R::fused(-t461_462.first(), t501, t471_472.first());
+    t512 = R::constant(1.0) / t511;
+    t513 = t486 * t500;
+    t514 = R::fused(t461_462.first(), t513, t477);
+    t515 = R::fused(-t486, t513, t487);
+    t516_517 = t432_433 * both(t431);
+    t518_519 = R::Two::fused(-t380_381, both(t430), t516_517);
+    t520_521 = R::Two::fused(-t367_368, t398_399, t518_519);
+    t522_523 = R::Two::fused(-t369_370, t331_332, t520_521);
+    t524_525 = R::Two::fused(t325_326, two(R::constant(-11.494252873563218), R::constant(-43.10344827586207)), t522_523);
+    t526_527 = t319_320 + t524_525;
+    t528 = t526_527.first() * t500;
+    t529_530 = t434_435 * both(t431);
+    t531 = t436 * t431;
+    t532_533 = R::Two::fused(t382_383, both(t430), t529_530);
+    t534 = R::fused(t438, t430, t531);
+    t535_536 = R::Two::fused(t371_372, t398_399, t532_533);
+    t537 = R::fused(t440, t398_399.first(), t534);
+    t538_539 = R::Two::fused(t373_374, t331_332, t535_536);
+    t540 = R::fused(t389, t331_332.first(), t537);
+    t541_542 = R::Two::fused(t325_326, both(R::constant(17.241379310344826)), t538_539);
+    t543_544 = t317_318 - t541_542;
+    t545 = t540 + t378_379.first();
+    t546 = R::fused(t526_527.first(), t513, t545);
+    t547 = t514 * t512;
+    t548 = R::fused(-t514, t547, t515);
+    t549 = R::constant(1.0) / t548;
+    t550 = t503 * t512;
+    t551 = R::fused(-t514, t550, t505);
+    t552 = R::fused(-t503, t550, t504);
+    t553 = t508 * t512;
+    t554 = R::fused(-t503, t553, t507);
+    t555 = R::fused(-t514, t553, t509);
+    t556 = R::fused(-t508, t553, t510);
+    t557 = t551 * t549;
+    t558 = R::fused(-t551, t557, t552);
+    t559 = R::constant(1.0) / t558;
+    t560 = t555 * t549;
+    t561 = R::fused(-t551, t560, t554);
+    t562 = R::fused(-t555, t560, t556);
+    t563 = R::fused(t526_527.first(), t501, t543_544.first());
+    t564 = R::fused(t526_527.first(), t506, t543_544.second());
+    t565 = R::fused(-t526_527.first(), t502, t526_527.second());
+    t566 = t563 * t512;
+    t567 = R::fused(t563, t547, t546);
+    t568 = R::fused(t563, t550, t565);
+    t569 = R::fused(-t563, t553, t564);
+    t570 = t567 * t549;
+    t571 = R::fused(-t567, t557, t568);
+    t572 = R::fused(t567, t560, t569);
+    t573 = t561 * t559;
+    t574 = R::fused(-t561, t573, t562);
+    t575 = t571 * t559;
+    t576 = R::fused(t571, t573, t572);
+    t577 = R::constant(1.0) / t574;
+    t578 = t576 * t577;
+    t579 = R::fused(t573, t578, t575);
+    t580 = R::fused(-t557, t579, t570);
+    t581 = R::fused(-t560, t578, -t580);
+    t582 = R::fused(-t547, t581, t566);
+    t583 = R::fused(t550, t579, t582);
+    t584 = R::fused(-t553, t578, t583);
+    t585 = R::fused(t501, t584, t528);
+    t586 = R::fused(-t513, t581, t585);
+    t587 = R::fused(-t502, t579, t586);
+    t588 = R::fused(t506, t578, t587);
+    t589 = R::fused(-t432_433.first(), t588, t437);
+    t590 = R::fused(t380_381.first(), t588, t439);
+    t591 = R::fused(t434_435.first(), t584, t589);
+    t592 = R::fused(t436, t581, t591);
+    t593 = R::fused(-t432_433.second(), t579, t592);
+    t594 = R::fused(t434_435.second(), t578, t593);
+    t595 = R::fused(-t273, t594, t409); // solved by the factors
+    t596 = R::fused(t382_383.first(), t584, t590);
+    t597 = R::fused(t438, t581, t596);
+    t598 = R::fused(t380_381.second(), t579, t597);
+    t599 = R::fused(t382_383.second(), t578, t598);
+    t600 = R::fused(t335, t594, t599); // solved by the factors
+    t601 = R::fused(-t283, t600, t595); // solved by the factors
+    t602 = R::fused(t367_368.second(), t579, t441_442.second());
+    t603 = R::fused(t367_368.first(), t588, t441_442.first());
+    t604 = R::fused(t371_372.second(), t578, t602);
+    t605 = R::fused(t371_372.first(), t584, t603);
+    t606 = R::fused(t440, t581, t605);
     // solved by the factors
-    t484 = R::constant(1.0) - t52_53.first();
-    t485 = R::fused(-t64_65.first(), t484, t28_29.first());
-    t486 = R::constant(1.0) - t80_81.first();
-    t487 = R::fused(-t90_91.first(), t484, t486);
-    t488 = R::fused(-t110_111.first(), t487, t485);
-    t489 = R::fused(-t150_151.first(), t484, t140_141.first());
-    t490 = R::fused(-t166_167.first(), t487, t489);
-    t491 = R::fused(t188, t490, t488);
+    t607 = R::fused(-t196_197.first(), t594, t606);
+    t608 = R::fused(-t196_197.second(), t594, t604);
+    t609 = R::fused(-t229_230.first(), t600, t607);
+    t610 = R::fused(-t229_230.second(), t600, t608);
+    t611 = t609 - t601;
+    t612 = t610 - t601;
     // other
-    t492 = t491 * t450_451.first();
-    t493 = R::fused(t490, t454_455.first(), t492);
-    t494 = R::fused(t487, t458_459.first(), t493);
-    t495 = R::fused(t484, t462_463.first(), t494);
-    t496 = R::constant(17.241379310344826) + t495;
-    t497 = t491 * t375_376.first();
-    t498 = R::fused(-t490, t383_384.first(), t497);
-    t499 = R::fused(-t487, t387_388.first(), t498);
-    t500 = R::fused(-t484, t391_392.first(), t499);
-    t501 = R::constant(11.494252873563218) - t500;
-    t502 = t501 * t409;
-    t503 = R::fused(t443_444.first(), t502, t496);
-    t504 = t503 * t482;
-    t505 = t190 * t491;
-    t506 = t505 * t325;
-    t507 = t187 * t490;
-    t508 = R::fused(t507, t324, t506);
-    t509 = t108_109.first() * t487;
-    t510 = R::fused(t509, t300_301.first(), t508);
-    t511 = t62_63.first() * t484;
-    t512 = R::fused(t511, t284_285.first(), t510);
-    t513_514 = t274_275 * both(R::constant(287.35632183908046));
-    t515 = t512 + t513_514.first();
-    t516 = R::fused(t397_398.first(), t502, t515);
-    t517 = R::fused(t470, t504, t516);
-    t518 = t491 * t505;
-    t519 = R::fused(t490, t507, t518);
-    t520 = R::fused(t487, t509, t519);
-    t521 = R::fused(t484, t511, t520);
-    t522 = R::constant(287.35632183908046) + t521;
-    t523 = R::fused(-t501, t502, t522);
-    t524 = R::fused(-t503, t504, t523);
-    t525 = R::constant(1.0) / t524;
-    t526 = t517 * t525;
-    t527 = t373_374.second() * t505;
-    t528 = R::fused(-t371_372.second(), t507, t527);
-    t529 = t373_374.second() * t375_376.first();
-    t530 = R::fused(t371_372.second(), t383_384.first(), t529);
-    t531 = t530 * t409;
-    t532 = R::fused(t501, t531, t528);
-    t533 = t373_374.second() * t450_451.first();
-    t534 = R::fused(-t371_372.second(), t454_455.first(), t533);
-    t535 = R::fused(-t443_444.first(), t531, t534);
-    t536 = t535 * t482;
-    t537 = R::fused(-t503, t536, t532);
-    t538 = t537 * t525;
-    t539 = R::fused(-t397_398.first(), t531, t397_398.second());
-    t540 = R::fused(t470, t536, t539);
-    t541 = R::fused(-t517, t538, t540);
-    t542 = R::fused(-t530, t531, t407_408.second());
-    t543 = R::fused(-t535, t536, t542);
-    t544 = R::fused(-t537, t538, t543);
-    t545 = R::constant(1.0) / t544;
-    t546 = t541 * t545;
-    t547 = t433_434.second() * t375_376.first();
-    t548 = R::fused(-t431_432.second(), t383_384.first(), t547);
-    t549 = t548 * t409;
-    t550 = R::fused(-t530, t549, t443_444.second());
-    t551 = t433_434.second() * t450_451.first();
-    t552 = R::fused(t431_432.second(), t454_455.first(), t551);
-    t553 = R::fused(-t443_444.first(), t549, t552);
-    t554 = t553 * t482;
-    t555 = R::fused(-t535, t554, t550);
-    t556 = t433_434.second() * t505;
-    t557 = R::fused(t431_432.second(), t507, t556);
-    t558 = R::fused(t501, t549, t557);
-    t559 = R::fused(-t503, t554, t558);
-    t560 = t559 * t525;
-    t561 = R::fused(-t537, t560, t555);
-    t562 = t561 * t545;
-    t563 = R::fused(t397_398.first(), t549, t468_469.second());
-    t564 = R::fused(-t470, t554, t563);
-    t565 = R::fused(t517, t560, t564);
-    t566 = R::fused(t541, t562, t565);
-    t567 = R::fused(-t548, t549, t479_480.second());
-    t568 = R::fused(-t553, t554, t567);
-    t569 = R::fused(-t559, t560, t568);
-    t570 = R::fused(-t561, t562, t569);
-    t571 = R::constant(1.0) / t570;
-    t572 = t566 * t571;
-    t573 = R::fused(t562, t572, t546);
-    t574 = R::fused(-t538, t573, t526);
-    t575 = R::fused(-t560, t572, -t574);
-    t576 = R::fused(-t504, t575, t483);
-    t577 = R::fused(t536, t573, t576);
-    t578 = R::fused(-t554, t572, t577);
-    t579 = R::fused(t445, t578, t410);
-    t580 = R::fused(-t502, t575, t579);
-    t581 = R::fused(-t531, t573, t580);
-    t582 = R::fused(t549, t572, t581);
-    t583 = R::fused(-t375_376.first(), t582, t326);
-    t584 = R::fused(t450_451.first(), t578, t583);
-    t585 = R::fused(t505, t575, t584);
-    t586 = R::fused(-t375_376.second(), t573, t585);
-    t587 = R::fused(t450_451.second(), t572, t586);
-    t588 = t187 * t324;
-    t589 = R::fused(t383_384.first(), t582, t588);
-    t590 = R::fused(t454_455.first(), t578, t589);
-    t591 = R::fused(t507, t575, t590);
-    t592 = R::fused(t383_384.second(), t573, t591);
-    t593 = R::fused(t454_455.second(), t572, t592);
-    t594 = R::fused(t188, t587, t593); // solved by the factors
-    t595 = t133 * t312;
-    t596 = R::fused(-t134, t587, t595); // solved by the factors
-    t597 = R::fused(-t178, t594, t596); // solved by the factors
-    t598_599 = t108_109 * t300_301;
-    t600 = R::fused(t387_388.first(), t582, t598_599.first());
-    t601 = R::fused(t458_459.first(), t578, t600);
-    t602 = R::fused(t509, t575, t601);
-    t603 = R::fused(-t110_111.first(), t587, t602); // solved by the factors
-    t604 = R::fused(-t166_167.first(), t594, t603); // solved by the factors
-    t605 = t604 - t597; // solved by the factors
-    t606_607 = t62_63 * t284_285;
-    t608 = R::fused(t391_392.first(), t582, t606_607.first());
-    t609 = R::fused(t462_463.first(), t578, t608);
-    t610 = R::fused(t511, t575, t609);
+    t613 = R::fused(t369_370.second(), t579, t390_391.second());
+    t614 = R::fused(t369_370.first(), t588, t390_391.first());
+    t615 = R::fused(t373_374.second(), t578, t613);
+    t616 = R::fused(t373_374.first(), t584, t614);
+    t617 = R::fused(t389, t581, t616);
     // solved by the factors
-    t611 = R::fused(-t64_65.first(), t587, t610);
-    t612 = R::fused(-t150_151.first(), t594, t611);
-    t613 = R::fused(-t90_91.first(), t597, t612);
-    t614 = R::fused(-t90_91.first(), t605, t613);
-    t615 = R::fused(R::constant(11.494252873563218), t582, t513_514.first()); // other
-    t616 = R::fused(R::constant(17.241379310344826), t578, t615); // other
-    t617 = R::fused(R::constant(287.35632183908046), t575, t616); // other
-    t618 = R::fused(t28_29.first(), t587, t617);
-    t619 = R::fused(t140_141.first(), t594, t618);
-    t620 = R::fused(-t80_81.first(), t597, t619);
-    t621 = R::fused(-t80_81.first(), t605, t620);
-    t622 = R::fused(-t52_53.first(), t614, t621);
-    t623 = R::fused(t387_388.second(), t573, t598_599.second()); // other
-    t624 = R::fused(t458_459.second(), t572, t623); // other
-    t625 = R::fused(-t110_111.second(), t587, t624);
-    t626 = R::fused(-t166_167.second(), t594, t625);
-    t627 = t626 - t597;
-    t628 = R::fused(t391_392.second(), t573, t606_607.second()); // other
-    t629 = R::fused(t462_463.second(), t572, t628); // other
-    t630 = R::fused(-t64_65.second(), t587, t629);
-    t631 = R::fused(-t150_151.second(), t594, t630);
-    t632 = R::fused(-t90_91.second(), t597, t631);
-    t633 = R::fused(-t90_91.second(), t627, t632);
-    t634 = R::fused(R::constant(43.10344827586207), t573, t513_514.second()); // other
-    t635 = R::fused(R::constant(17.241379310344826), t572, t634); // other
-    t636 = R::fused(t28_29.second(), t587, t635);
-    t637 = R::fused(t140_141.second(), t594, t636);
-    t638 = R::fused(-t80_81.second(), t597, t637);
-    t639 = R::fused(-t80_81.second(), t627, t638);
-    t640 = R::fused(-t52_53.second(), t633, t639);
+    t618 = R::fused(-t168_169.first(), t594, t617);
+    t619 = R::fused(-t168_169.second(), t594, t615);
+    t620 = R::fused(-t188_189.first(), t600, t618);
+    t621 = R::fused(-t188_189.second(), t600, t619);
+    t622 = R::fused(-t132_133.first(), t601, t620);
+    t623 = R::fused(-t132_133.second(), t601, t621);
+    t624 = R::fused(-t132_133.first(), t611, t622);
+    t625 = R::fused(-t132_133.second(), t612, t623);
     // other
-    t641 = t345_346.first() * t582;
-    t642 = R::fused(t365_366.first(), t578, -t641);
-    t643 = t365_366.first() * t582;
-    t644 = R::fused(t345_346.first(), t578, t643);
-    t645 = t345_346.second() * t573;
-    t646 = R::fused(t365_366.second(), t572, -t645);
-    t647 = t365_366.second() * t573;
-    t648 = R::fused(t345_346.second(), t572, t647);
-    *out = [[t587, t594, t597, t605, t614, t622, t627, t633, t640, t642, t644, t575, t646, t648]];
+    t626 = R::fused(R::constant(43.10344827586207), t579, t378_379.second());
+    t627 = R::fused(R::constant(17.241379310344826), t578, t626);
+    t628 = R::fused(R::constant(11.494252873563218), t588, t378_379.first());
+    t629 = R::fused(R::constant(17.241379310344826), t584, t628);
+    t630 = R::fused(R::constant(287.35632183908046), t581, t629);
+    // solved by the factors
+    t631 = R::fused(t138_139.first(), t594, t630);
+    t632 = R::fused(t138_139.second(), t594, t627);
+    t633 = R::fused(t186_187.first(), t600, t631);
+    t634 = R::fused(t186_187.second(), t600, t632);
+    // other
+    t635 = t259_260.second() * t579;
+    t636 = t261_262.second() * t579;
+    t637 = R::fused(t261_262.second(), t578, -t635);
+    t638 = R::fused(t259_260.second(), t578, t636);
+    t639 = t259_260.first() * t588;
+    t640 = t261_262.first() * t588;
+    t641 = R::fused(t261_262.first(), t584, -t639);
+    t642 = R::fused(t259_260.first(), t584, t640);
+    // solved by the factors
+    t643 = R::fused(-t130_131.first(), t601, t633);
+    t644 = R::fused(-t130_131.second(), t601, t634);
+    t645 = R::fused(-t130_131.first(), t611, t643);
+    t646 = R::fused(-t130_131.second(), t612, t644);
+    t647 = R::fused(-t48_49.first(), t624, t645);
+    t648 = R::fused(-t48_49.second(), t625, t646);
+    *out = [[t594, t600, t601, t611, t624, t647, t612, t625, t648, t641, t642, t581, t637, t638]];
 }
 }

@@ -61,20 +61,20 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     ]);
     let (
         t0_1, t2_3, t4_5, t6_7, t8_9, t10_11, t12_13, t14_15, t16_17, t18_19, t20_21, t22_23, t24_25, t26_27, t28_29,
-        t30, t31, t32_33, t34_35, t36_37, t38_39, t40_41, t42_43, t44_45, t46_47, t48_49, t50_51, t52_53, t54_55,
-        t56_57, t58_59, t60_61, t62_63, t64_65, t66, t67, t68_69, t70_71, t72_73, t74_75, t76_77, t78_79, t80_81,
-        t82_83, t84_85, t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105, t106_107,
-        t108_109, t110_111, t112, t113, t114, t115, t116, t117, t118, t119, t120, t121, t122, t123, t124, t125, t126,
-        t127, t128, t129, t130, t131, t132, t133, t134, t135, t136_137, t138_139, t140_141, t142, t143, t144_145,
-        t146_147, t148_149, t150_151, t152, t153, t154_155, t156_157, t158_159, t160_161, t162_163, t164_165, t166_167,
-        t168, t169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183, t184, t185,
-        t186, t187, t188, t189, t190, t191_192, t193_194, t195_196, t197_198, t199_200, t201_202, t203_204, t205_206,
-        t207_208, t209_210, t211_212, t213_214, t215_216, t217_218, t219_220, t221_222, t223_224, t225_226, t227_228,
-        t229_230, t231_232, t233_234, t235_236, t237_238, t239_240, t241_242, t243_244, t245_246, t247_248, t249_250,
-        t251_252, t253_254, t255_256, t257_258, t259_260, t261_262, t263_264, t265_266, t267_268, t269, t270, t271_272,
-        t273_274, t275_276, t277_278, t279_280, t281_282, t283_284, t285_286, t287_288, t289_290, t291_292, t293_294,
-        t295_296, t297_298, t299_300, t301_302, t303_304, t305, t306_307, t308_309, t310_311, t312_313, t314_315,
-        t316_317, t318, t319_320, t321_322, t323_324, t325_326, t327_328, t329_330, t331_332, t333_334, t335_336, t337,
+        t30_31, t32_33, t34_35, t36_37, t38_39, t40_41, t42_43, t44_45, t46_47, t48_49, t50_51, t52_53, t54_55, t56_57,
+        t58_59, t60_61, t62_63, t64_65, t66_67, t68_69, t70_71, t72_73, t74_75, t76_77, t78_79, t80_81, t82_83, t84_85,
+        t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105, t106_107, t108_109,
+        t110_111, t112_113, t114_115, t116_117, t118_119, t120_121, t122_123, t124_125, t126, t127, t128_129, t130_131,
+        t132_133, t134, t135_136, t137_138, t139_140, t141_142, t143, t144, t145, t146, t147, t148, t149, t150, t151,
+        t152, t153_154, t155, t156_157, t158, t159, t160_161, t162_163, t164, t165, t166, t167, t168, t169, t170, t171,
+        t172, t173, t174_175, t176_177, t178_179, t180_181, t182, t183, t184_185, t186, t187, t188, t189, t190, t191,
+        t192_193, t194_195, t196, t197, t198, t199, t200, t201, t202, t203, t204_205, t206_207, t208_209, t210_211,
+        t212_213, t214_215, t216_217, t218_219, t220_221, t222, t223, t224, t225, t226_227, t228_229, t230_231,
+        t232_233, t234_235, t236_237, t238_239, t240_241, t242_243, t244_245, t246_247, t248_249, t250_251, t252_253,
+        t254_255, t256_257, t258_259, t260_261, t262_263, t264_265, t266, t267, t268, t269, t270, t271, t272_273,
+        t274_275, t276_277, t278_279, t280_281, t282_283, t284_285, t286_287, t288, t289, t290_291, t292_293, t294,
+        t295_296, t297_298, t299_300, t301_302, t303_304, t305_306, t307_308, t309_310, t311_312, t313_314, t315_316,
+        t317_318, t319_320, t321_322, t323_324, t325_326, t327_328, t329_330, t331_332, t333, t334, t335, t336, t337,
         t338, t339, t340, t341, t342, t343, t344, t345, t346, t347, t348, t349, t350, t351, t352, t353, t354, t355,
         t356, t357, t358, t359, t360, t361, t362, t363, t364, t365, t366, t367, t368, t369, t370, t371, t372, t373,
         t374, t375, t376, t377, t378, t379, t380, t381, t382, t383, t384, t385, t386, t387, t388, t389, t390, t391,
@@ -83,335 +83,342 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     // right_foot, left_foot: sums of what it carries
     t0_1 = both(R::constant(0.018)) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
     t2_3 = both(R::constant(0.018)) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t4_5 = t0_1 - t2_3;
-    t6_7 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t4_5; // right_lower_leg, left_lower_leg
-    t8_9 = t0_1 + t2_3;
-    // right_foot, left_foot: mass matrix
-    t10_11 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t8_9, t6_7);
-    t12_13 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t10_11;
-    t14_15 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t4_5; // right_lower_leg, left_lower_leg
-    t16_17 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t8_9, t14_15);
-    t18_19 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t16_17, t12_13);
-    t20_21 = both(sin_q_base_pitch) * t18_19;
-    t22_23 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t10_11;
-    t24_25 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t16_17, t22_23);
-    t26_27 = R::Two::fused(both(cos_q_base_pitch), t24_25, t20_21);
-    // factors of the mass matrix
-    t28_29 = t26_27 * both(R::constant(287.35632183908046));
-    t30 = R::fused(-t26_27.second(), t28_29.second(), R::constant(19.0));
-    t31 = R::fused(-t26_27.first(), t28_29.first(), t30);
-    t32_33 = both(R::constant(0.362)) + t8_9; // right_foot, left_foot: sums of what it carries
-    t34_35 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t32_33, -t6_7);
-    t36_37 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t34_35; // right_upper_leg, left_upper_leg
-    t38_39 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t32_33, t14_15);
-    // right_lower_leg, left_lower_leg: mass matrix
-    t40_41 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t38_39, t36_37);
-    t42_43 = both(sin_q_base_pitch) * t40_41;
-    t44_45 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t34_35; // right_upper_leg, left_upper_leg
-    t46_47 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t38_39, t44_45);
-    t48_49 = R::Two::fused(both(cos_q_base_pitch), t46_47, t42_43);
-    t50_51 = R::Two::fused(both(R::constant(0.3)), t8_9, both(R::constant(0.00348))); // right_foot, left_foot
-    // factors of the mass matrix
-    t52_53 = t50_51 * both(R::constant(287.35632183908046));
-    t54_55 = R::Two::fused(t26_27, t52_53, t48_49);
+    // other
+    t4_5 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t6_7 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t8_9 = R::Two::fused(two(R::constant(0.3), R::constant(-0.3)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.15), R::constant(0.07)));
+    t10_11 = R::Two::fused(both(R::constant(0.3)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.06)));
     // right_foot, left_foot: sums of what it carries
-    t56_57 = R::Two::fused(both(R::constant(0.6)), t8_9, both(R::constant(0.00348)));
-    t58_59 = both(R::constant(0.08816)) + t56_57;
-    // factors of the mass matrix
-    t60_61 = R::Two::fused(-t50_51, t52_53, t58_59);
-    t62_63 = both(R::constant(1.0)) / t60_61;
-    t64_65 = t54_55 * t62_63;
-    t66 = R::fused(-t54_55.second(), t64_65.second(), t31);
-    t67 = R::fused(-t54_55.first(), t64_65.first(), t66);
-    t68_69 = both(R::constant(0.925)) + t38_39; // right_lower_leg, left_lower_leg: sums of what it carries
-    t70_71 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t68_69, t36_37);
-    t72_73 = both(sin_q_base_pitch) * t70_71; // right_upper_leg, left_upper_leg: mass matrix
-    t74_75 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t68_69, -t44_45);
-    t76_77 = R::Two::fused(-both(cos_q_base_pitch), t74_75, t72_73); // right_upper_leg, left_upper_leg: mass matrix
-    t78_79 = R::Two::fused(both(R::constant(0.3)), t16_17, t50_51); // right_foot, left_foot: mass matrix
-    t80_81 = t78_79 * both(R::constant(287.35632183908046));
-    t82_83 = t26_27 * t80_81;
-    t84_85 = t76_77 + t82_83;
-    t86_87 = R::Two::fused(both(R::constant(0.3)), t38_39, t58_59); // right_lower_leg, left_lower_leg: mass matrix
-    t88_89 = R::Two::fused(-t78_79, t52_53, t86_87);
-    t90_91 = t88_89 * t62_63;
-    t92_93 = t54_55 * t90_91;
-    t94_95 = t84_85 - t92_93;
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t96_97 = R::Two::fused(both(R::constant(0.6)), t38_39, t58_59);
-    t98_99 = both(R::constant(0.241)) + t96_97;
-    // factors of the mass matrix
-    t100_101 = t78_79 * t80_81;
-    t102_103 = t98_99 - t100_101;
-    t104_105 = t88_89 * t90_91;
-    t106_107 = t102_103 - t104_105;
-    t108_109 = both(R::constant(1.0)) / t106_107;
-    t110_111 = t94_95 * t108_109;
-    t112 = R::fused(-t94_95.second(), t110_111.second(), t67);
-    t113 = R::fused(-t94_95.first(), t110_111.first(), t112);
-    t114 = R::constant(2.2) - t74_75.second(); // left_upper_leg: sums of what it carries
-    t115 = t114 - t74_75.first(); // right_upper_leg: sums of what it carries
-    t116 = cos_q_base_pitch * t115; // torso: sums of what it carries
-    t117 = t70_71.second() + t70_71.first(); // right_upper_leg: sums of what it carries
-    t118 = R::fused(sin_q_base_pitch, t117, t116); // torso: sums of what it carries
-    t119 = t118 + t82_83.second();
-    t120 = t119 + t82_83.first();
-    t121 = t120 - t92_93.second();
-    t122 = t121 - t92_93.first();
-    t123 = t94_95.second() - t122;
-    t124 = t94_95.first() + t123;
-    t125 = R::constant(0.734) + t98_99.second(); // left_upper_leg: sums of what it carries
-    t126 = t98_99.first() + t125; // right_upper_leg: sums of what it carries
-    t127 = t126 - t100_101.second();
-    t128 = t127 - t100_101.first();
-    t129 = t128 - t104_105.second();
-    t130 = t129 - t104_105.first();
-    t131 = t106_107.second() - t130;
-    t132 = t106_107.first() + t131;
-    t133 = R::constant(1.0) / t132;
-    t134 = t124 * t133;
-    t135 = R::fused(t124, t134, t113);
+    t12_13 = t0_1 + t2_3;
+    t14_15 = t0_1 - t2_3;
+    // other
+    t16_17 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t4_5);
+    t18_19 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t6_7);
+    t20_21 = R::Two::fused(both(R::constant(0.3)), t12_13, both(R::constant(0.00348))); // right_foot, left_foot
+    t22_23 = R::Two::fused(both(R::constant(0.6)), t12_13, both(R::constant(0.00348))); // right_foot, left_foot
+    t24_25 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t14_15; // right_lower_leg, left_lower_leg
+    t26_27 = both(R::constant(0.362)) + t12_13; // right_foot, left_foot: sums of what it carries
+    t28_29 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t14_15; // right_lower_leg, left_lower_leg
+    t30_31 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t16_17;
+    t32_33 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t16_17;
+    t34_35 = R::Two::fused(two(R::constant(0.3), R::constant(-0.3)), t16_17, t8_9);
+    t36_37 = R::Two::fused(both(R::constant(-0.3)), t18_19, t10_11);
+    t38_39 = t20_21 * both(R::constant(287.35632183908046)); // factors of the mass matrix
+    t40_41 = both(R::constant(0.08816)) + t22_23; // right_foot, left_foot: sums of what it carries
+    t42_43 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t26_27, t24_25);
+    t44_45 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t12_13, t24_25); // right_foot, left_foot
+    t46_47 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t26_27, -t28_29);
+    t48_49 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t12_13, t28_29);
+    t50_51 = R::Two::fused(t20_21, two(R::constant(-43.10344827586207), R::constant(-20.114942528735636)), t8_9);
+    t52_53 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t18_19, t30_31);
+    t54_55 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t18_19, t32_33);
+    t56_57 = R::Two::fused(t20_21, both(R::constant(-17.241379310344826)), t10_11); // solved by the factors
+    t58_59 = R::Two::fused(-t20_21, t38_39, t40_41); // factors of the mass matrix
+    t60_61 = R::Two::fused(both(R::constant(0.3)), t44_45, t20_21); // right_foot, left_foot: mass matrix
+    t62_63 = both(R::constant(1.0)) / t58_59; // factors of the mass matrix
     // right_foot, left_foot: mass matrix
-    t136_137 = both(cos_q_base_pitch) * t18_19;
-    t138_139 = R::Two::fused(-both(sin_q_base_pitch), t24_25, t136_137);
-    // factors of the mass matrix
-    t140_141 = t138_139 * both(R::constant(287.35632183908046));
-    t142 = t26_27.second() * t140_141.second();
-    t143 = R::fused(t26_27.first(), t140_141.first(), t142);
+    t64_65 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t48_49;
+    t66_67 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t48_49;
+    t68_69 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t44_45, t64_65);
+    t70_71 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t44_45, t66_67);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t72_73 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t46_47;
+    t74_75 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t46_47;
+    t76_77 = both(R::constant(0.925)) + t42_43; // right_lower_leg, left_lower_leg: sums of what it carries
+    t78_79 = R::Two::fused(both(R::constant(0.3)), t42_43, t40_41); // right_lower_leg, left_lower_leg: mass matrix
+    t80_81 = R::Two::fused(both(R::constant(0.6)), t42_43, t40_41); // right_lower_leg, left_lower_leg
+    t82_83 = R::Two::fused(-t60_61, t38_39, t78_79); // factors of the mass matrix
+    t84_85 = both(R::constant(0.241)) + t80_81; // right_lower_leg, left_lower_leg: sums of what it carries
+    t86_87 = t60_61 * both(R::constant(287.35632183908046)); // factors of the mass matrix
     // right_lower_leg, left_lower_leg: mass matrix
-    t144_145 = both(cos_q_base_pitch) * t40_41;
-    t146_147 = R::Two::fused(-both(sin_q_base_pitch), t46_47, t144_145);
+    t88_89 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t42_43, t72_73);
+    t90_91 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t42_43, t74_75);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t92_93 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t76_77, t72_73);
+    t94_95 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t76_77, -t74_75);
+    // right_foot, left_foot: mass matrix
+    t96_97 = both(sin_q_base_pitch) * t68_69;
+    t98_99 = both(cos_q_base_pitch) * t68_69;
+    t100_101 = R::Two::fused(both(cos_q_base_pitch), t70_71, t96_97);
+    t102_103 = R::Two::fused(-both(sin_q_base_pitch), t70_71, t98_99);
+    // right_lower_leg, left_lower_leg: mass matrix
+    t104_105 = both(sin_q_base_pitch) * t88_89;
+    t106_107 = both(cos_q_base_pitch) * t88_89;
+    t108_109 = R::Two::fused(both(cos_q_base_pitch), t90_91, t104_105);
+    t110_111 = R::Two::fused(-both(sin_q_base_pitch), t90_91, t106_107);
     // factors of the mass matrix
-    t148_149 = R::Two::fused(t138_139, t52_53, t146_147);
-    t150_151 = t148_149 * t62_63;
-    t152 = R::fused(t54_55.second(), t150_151.second(), t143);
-    t153 = R::fused(t54_55.first(), t150_151.first(), t152);
+    t112_113 = R::Two::fused(t100_101, t38_39, t108_109);
+    t114_115 = R::Two::fused(t102_103, t38_39, t110_111);
     // right_upper_leg, left_upper_leg: mass matrix
-    t154_155 = both(cos_q_base_pitch) * t70_71;
-    t156_157 = R::Two::fused(both(sin_q_base_pitch), t74_75, t154_155);
+    t116_117 = both(sin_q_base_pitch) * t92_93;
+    t118_119 = R::Two::fused(-both(cos_q_base_pitch), t94_95, t116_117);
     // factors of the mass matrix
-    t158_159 = t138_139 * t80_81;
-    t160_161 = t156_157 + t158_159;
-    t162_163 = t148_149 * t90_91;
-    t164_165 = t160_161 - t162_163;
-    t166_167 = t164_165 * t108_109;
-    t168 = R::fused(t94_95.second(), t166_167.second(), t153);
-    t169 = R::fused(t94_95.first(), t166_167.first(), t168);
-    t170 = sin_q_base_pitch * t115; // torso: sums of what it carries
-    t171 = R::fused(-cos_q_base_pitch, t117, t170); // torso: sums of what it carries
-    t172 = t171 - t158_159.second();
-    t173 = t172 - t158_159.first();
-    t174 = t173 + t162_163.second();
-    t175 = t174 + t162_163.first();
-    t176 = t164_165.second() + t175;
-    t177 = t164_165.first() + t176;
-    t178 = t177 * t133;
-    t179 = R::fused(-t124, t178, t169);
-    t180 = R::fused(-t138_139.second(), t140_141.second(), R::constant(19.0));
-    t181 = R::fused(-t138_139.first(), t140_141.first(), t180);
-    t182 = R::fused(-t148_149.second(), t150_151.second(), t181);
-    t183 = R::fused(-t148_149.first(), t150_151.first(), t182);
-    t184 = R::fused(-t164_165.second(), t166_167.second(), t183);
-    t185 = R::fused(-t164_165.first(), t166_167.first(), t184);
-    t186 = R::fused(t177, t178, t185);
-    t187 = R::constant(1.0) / t186;
-    t188 = t179 * t187;
-    t189 = R::fused(-t179, t188, t135);
-    t190 = R::constant(1.0) / t189;
+    t120_121 = t82_83 * t62_63;
+    t122_123 = t82_83 * t120_121;
+    t124_125 = t60_61 * t86_87;
+    t126 = R::constant(2.2) - t94_95.second(); // left_upper_leg: sums of what it carries
+    t127 = t126 - t94_95.first(); // right_upper_leg: sums of what it carries
+    t128_129 = t100_101 * both(R::constant(287.35632183908046));
+    t130_131 = t100_101 * t86_87;
+    t132_133 = t118_119 + t130_131;
+    t134 = t92_93.second() + t92_93.first(); // right_upper_leg: sums of what it carries
+    // right_upper_leg, left_upper_leg: mass matrix
+    t135_136 = both(cos_q_base_pitch) * t92_93;
+    t137_138 = R::Two::fused(both(sin_q_base_pitch), t94_95, t135_136);
+    // factors of the mass matrix
+    t139_140 = t84_85 - t124_125;
+    t141_142 = t139_140 - t122_123;
+    t143 = R::fused(-t100_101.second(), t128_129.second(), R::constant(19.0));
+    t144 = R::fused(-t100_101.first(), t128_129.first(), t143);
+    t145 = R::constant(0.734) + t84_85.second(); // left_upper_leg: sums of what it carries
+    t146 = t84_85.first() + t145; // right_upper_leg: sums of what it carries
+    t147 = t146 - t124_125.second();
+    t148 = t147 - t124_125.first();
+    t149 = t148 - t122_123.second();
+    t150 = t149 - t122_123.first();
+    t151 = t141_142.second() - t150;
+    t152 = t141_142.first() + t151;
+    t153_154 = both(R::constant(1.0)) / t141_142;
+    t155 = R::constant(1.0) / t152;
+    t156_157 = t112_113 * t62_63;
+    t158 = R::fused(-t112_113.second(), t156_157.second(), t144);
+    t159 = R::fused(-t112_113.first(), t156_157.first(), t158);
+    t160_161 = t112_113 * t120_121;
+    t162_163 = t132_133 - t160_161;
+    // torso: sums of what it carries
+    t164 = cos_q_base_pitch * t127;
+    t165 = sin_q_base_pitch * t127;
+    t166 = R::fused(sin_q_base_pitch, t134, t164);
+    t167 = R::fused(-cos_q_base_pitch, t134, t165);
+    // factors of the mass matrix
+    t168 = t166 + t130_131.second();
+    t169 = t168 + t130_131.first();
+    t170 = t169 - t160_161.second();
+    t171 = t170 - t160_161.first();
+    t172 = t162_163.second() - t171;
+    t173 = t162_163.first() + t172;
+    t174_175 = t102_103 * both(R::constant(287.35632183908046));
+    t176_177 = t114_115 * t62_63;
+    t178_179 = t102_103 * t86_87;
+    t180_181 = t137_138 + t178_179;
+    t182 = t167 - t178_179.second();
+    t183 = t182 - t178_179.first();
+    t184_185 = t162_163 * t153_154;
+    t186 = R::fused(-t162_163.second(), t184_185.second(), t159);
+    t187 = R::fused(-t162_163.first(), t184_185.first(), t186);
+    t188 = t100_101.second() * t174_175.second();
+    t189 = R::fused(t100_101.first(), t174_175.first(), t188);
+    t190 = R::fused(t112_113.second(), t176_177.second(), t189);
+    t191 = R::fused(t112_113.first(), t176_177.first(), t190);
+    t192_193 = t114_115 * t120_121;
+    t194_195 = t180_181 - t192_193;
+    t196 = t183 + t192_193.second();
+    t197 = t196 + t192_193.first();
+    t198 = t194_195.second() + t197;
+    t199 = t194_195.first() + t198;
+    t200 = R::fused(-t102_103.second(), t174_175.second(), R::constant(19.0));
+    t201 = R::fused(-t102_103.first(), t174_175.first(), t200);
+    t202 = R::fused(-t114_115.second(), t176_177.second(), t201);
+    t203 = R::fused(-t114_115.first(), t176_177.first(), t202);
     // other
-    t191_192 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t193_194 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t191_192);
-    t195_196 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t193_194;
-    t197_198 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t199_200 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t197_198);
-    t201_202 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t199_200, t195_196);
-    t203_204 = both(cos_q_base_pitch) * t201_202;
-    t205_206 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t193_194;
-    t207_208 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t199_200, t205_206);
-    t209_210 = R::Two::fused(-both(sin_q_base_pitch), t207_208, t203_204);
-    t211_212 = R::Two::fused(t26_27, two(R::constant(-43.10344827586207), R::constant(20.114942528735636)), t209_210);
-    t213_214 = R::Two::fused(two(R::constant(0.3), R::constant(-0.3)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.15), R::constant(0.07)));
+    t204_205 = both(cos_q_base_pitch) * t52_53;
+    t206_207 = both(sin_q_base_pitch) * t52_53;
+    t208_209 = R::Two::fused(-both(sin_q_base_pitch), t54_55, t204_205);
+    t210_211 = R::Two::fused(both(cos_q_base_pitch), t54_55, t206_207);
     // solved by the factors
-    t215_216 = R::Two::fused(t50_51, two(R::constant(-43.10344827586207), R::constant(-20.114942528735636)), t213_214);
-    t217_218 = R::Two::fused(t64_65 * two(R::constant(1.0), R::constant(-1.0)), t215_216, t211_212);
-    t219_220 = R::Two::fused(two(R::constant(0.3), R::constant(-0.3)), t193_194, t213_214); // other
-    t221_222 = R::Two::fused(t78_79, two(R::constant(-43.10344827586207), R::constant(-20.114942528735636)), t219_220);
-    t223_224 = R::Two::fused(-t90_91, t215_216, t221_222);
-    t225_226 = R::Two::fused(t110_111 * two(R::constant(1.0), R::constant(-1.0)), t223_224, t217_218);
+    t212_213 = R::Two::fused(t60_61, two(R::constant(-43.10344827586207), R::constant(-20.114942528735636)), t34_35);
+    t214_215 = R::Two::fused(t60_61, both(R::constant(-17.241379310344826)), t36_37);
+    t216_217 = R::Two::fused(-t120_121, t50_51, t212_213);
+    t218_219 = R::Two::fused(-t120_121, t56_57, t214_215);
+    // factors of the mass matrix
+    t220_221 = t194_195 * t153_154;
+    t222 = R::fused(t162_163.second(), t220_221.second(), t191);
+    t223 = R::fused(t162_163.first(), t220_221.first(), t222);
+    t224 = R::fused(-t194_195.second(), t220_221.second(), t203);
+    t225 = R::fused(-t194_195.first(), t220_221.first(), t224);
     // other
-    t227_228 = both(sin_q_base_pitch) * t201_202;
-    t229_230 = R::Two::fused(both(cos_q_base_pitch), t207_208, t227_228);
+    t226_227 = t62_63 * t50_51;
+    t228_229 = t62_63 * t56_57;
     // solved by the factors
-    t231_232 = R::Two::fused(t138_139, two(R::constant(43.10344827586207), R::constant(-20.114942528735636)), t229_230);
-    t233_234 = R::Two::fused(t150_151 * two(R::constant(-1.0), R::constant(1.0)), t215_216, t231_232);
-    t235_236 = R::Two::fused(t166_167 * two(R::constant(-1.0), R::constant(1.0)), t223_224, t233_234);
-    t237_238 = R::Two::fused(-both(t188), t235_236, t225_226);
+    t230_231 = R::Two::fused(t100_101, two(R::constant(-43.10344827586207), R::constant(20.114942528735636)), t208_209);
+    t232_233 = R::Two::fused(t100_101, both(R::constant(17.241379310344826)), t210_211);
+    t234_235 = R::Two::fused(t156_157 * two(R::constant(1.0), R::constant(-1.0)), t50_51, t230_231);
+    t236_237 = R::Two::fused(-t156_157, t56_57, t232_233);
+    t238_239 = R::Two::fused(t184_185 * two(R::constant(1.0), R::constant(-1.0)), t216_217, t234_235);
+    t240_241 = R::Two::fused(-t184_185, t218_219, t236_237);
+    t242_243 = R::Two::fused(t102_103, two(R::constant(43.10344827586207), R::constant(-20.114942528735636)), t210_211);
+    t244_245 = R::Two::fused(t102_103, both(R::constant(17.241379310344826)), t208_209);
+    t246_247 = R::Two::fused(t176_177 * two(R::constant(-1.0), R::constant(1.0)), t50_51, t242_243);
+    t248_249 = R::Two::fused(-t176_177, t56_57, t244_245);
+    t250_251 = R::Two::fused(t220_221 * two(R::constant(-1.0), R::constant(1.0)), t216_217, t246_247);
+    t252_253 = R::Two::fused(-t220_221, t218_219, t248_249);
     // other
-    t239_240 = both(t190) * t237_238;
-    t241_242 = both(v_base_x) * t209_210;
-    t243_244 = R::Two::fused(-both(v_base_z), t229_230, t241_242);
-    t245_246 = R::Two::fused(both(v_base_pitch) * two(R::constant(-1.0), R::constant(1.0)), t219_220, t243_244);
-    t247_248 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch) * two(R::constant(-1.0), R::constant(1.0)), t219_220, t245_246);
-    t249_250 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch) * two(R::constant(-1.0), R::constant(1.0)), t213_214, t247_248);
-    t251_252 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), two(R::constant(-0.15), R::constant(0.07)), t249_250);
-    t253_254 = t237_238 * t239_240;
-    t255_256 = both(t187) * t235_236;
-    t257_258 = R::Two::fused(t235_236, t255_256, t253_254);
-    t259_260 = t108_109 * t223_224;
-    t261_262 = R::Two::fused(t223_224, t259_260, t257_258);
-    t263_264 = t62_63 * t215_216;
-    t265_266 = R::Two::fused(t215_216, t263_264, t261_262);
-    t267_268 = t265_266 + two(R::constant(6.4655172413793105), R::constant(1.4080459770114946));
-    t269 = R::constant(1.0) / t267_268.first();
-    t270 = t251_252.first() * t269;
-    t271_272 = R::Two::fused(t26_27, both(R::constant(17.241379310344826)), t229_230); // solved by the factors
-    t273_274 = R::Two::fused(both(R::constant(0.3)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.06)));
+    t254_255 = both(v_base_x) * t208_209;
+    t256_257 = R::Two::fused(-both(v_base_z), t210_211, t254_255);
+    t258_259 = R::Two::fused(both(v_base_pitch) * two(R::constant(-1.0), R::constant(1.0)), t34_35, t256_257);
+    t260_261 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch) * two(R::constant(-1.0), R::constant(1.0)), t34_35, t258_259);
+    t262_263 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch) * two(R::constant(-1.0), R::constant(1.0)), t8_9, t260_261);
+    t264_265 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), two(R::constant(-0.15), R::constant(0.07)), t262_263);
+    // factors of the mass matrix
+    t266 = t173 * t155;
+    t267 = t199 * t155;
+    t268 = R::fused(t199, t267, t225);
+    t269 = R::fused(t173, t266, t187);
+    t270 = R::fused(-t173, t267, t223);
+    t271 = R::constant(1.0) / t268;
+    // other
+    t272_273 = t153_154 * t216_217;
+    t274_275 = t153_154 * t218_219;
+    t276_277 = both(v_base_x) * t210_211;
+    t278_279 = R::Two::fused(both(v_base_z), t208_209, t276_277);
+    t280_281 = R::Two::fused(both(v_base_pitch), t36_37, t278_279);
+    t282_283 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch), t36_37, t280_281);
+    t284_285 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch), t10_11, t282_283);
+    t286_287 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), both(R::constant(0.06)), t284_285);
+    t288 = t270 * t271; // factors of the mass matrix
+    t289 = R::fused(-t270, t288, t269); // factors of the mass matrix
     // solved by the factors
-    t275_276 = R::Two::fused(t50_51, both(R::constant(-17.241379310344826)), t273_274);
-    t277_278 = R::Two::fused(-t64_65, t275_276, t271_272);
-    t279_280 = R::Two::fused(both(R::constant(-0.3)), t199_200, t273_274); // other
-    t281_282 = R::Two::fused(t78_79, both(R::constant(-17.241379310344826)), t279_280);
-    t283_284 = R::Two::fused(-t90_91, t275_276, t281_282);
-    t285_286 = R::Two::fused(-t110_111, t283_284, t277_278);
-    t287_288 = R::Two::fused(t138_139, both(R::constant(17.241379310344826)), t209_210);
-    t289_290 = R::Two::fused(-t150_151, t275_276, t287_288);
-    t291_292 = R::Two::fused(-t166_167, t283_284, t289_290);
-    t293_294 = R::Two::fused(both(t188), t291_292, t285_286);
+    t290_291 = R::Two::fused(-both(t288), t250_251, t238_239);
+    t292_293 = R::Two::fused(both(t288), t252_253, t240_241);
+    t294 = R::constant(1.0) / t289; // factors of the mass matrix
     // other
-    t295_296 = t293_294 * t239_240;
-    t297_298 = R::Two::fused(-t291_292, t255_256, t295_296);
-    t299_300 = R::Two::fused(t283_284 * two(R::constant(-1.0), R::constant(1.0)), t259_260, t297_298);
-    t301_302 = R::Two::fused(t275_276 * two(R::constant(-1.0), R::constant(1.0)), t263_264, t299_300);
-    t303_304 = R::Two::fused(two(R::constant(2.586206896551724), R::constant(1.2068965517241381)), two(R::constant(-1.0), R::constant(1.0)), t301_302);
-    t305 = t303_304.first() * t269;
-    t306_307 = both(v_base_x) * t229_230;
-    t308_309 = R::Two::fused(both(v_base_z), t209_210, t306_307);
-    t310_311 = R::Two::fused(both(v_base_pitch), t279_280, t308_309);
-    t312_313 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch), t279_280, t310_311);
-    t314_315 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch), t273_274, t312_313);
-    t316_317 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), both(R::constant(0.06)), t314_315);
-    t318 = R::fused(-t251_252.first(), t305, t316_317.first());
-    t319_320 = both(t190) * t293_294;
-    t321_322 = t293_294 * t319_320;
-    t323_324 = both(t187) * t291_292;
-    t325_326 = R::Two::fused(t291_292, t323_324, t321_322);
-    t327_328 = t108_109 * t283_284;
-    t329_330 = R::Two::fused(t283_284, t327_328, t325_326);
-    t331_332 = t62_63 * t275_276;
-    t333_334 = R::Two::fused(t275_276, t331_332, t329_330);
-    t335_336 = t333_334 + both(R::constant(1.0344827586206895));
-    t337 = R::fused(-t303_304.first(), t305, t335_336.first());
-    t338 = R::constant(1.0) / t337;
-    t339 = t318 * t338;
-    t340 = t237_238.second() * t319_320.first();
-    t341 = R::fused(-t235_236.second(), t323_324.first(), t340);
-    t342 = t237_238.second() * t239_240.first();
-    t343 = R::fused(t235_236.second(), t255_256.first(), t342);
-    t344 = t343 * t269;
-    t345 = R::fused(-t303_304.first(), t344, t341);
-    t346 = t345 * t338;
-    t347 = R::fused(-t251_252.first(), t344, t251_252.second());
-    t348 = R::fused(-t318, t346, t347);
-    t349 = R::fused(-t343, t344, t267_268.second());
-    t350 = R::fused(-t345, t346, t349);
-    t351 = R::constant(1.0) / t350;
-    t352 = t348 * t351;
-    t353 = t293_294.second() * t239_240.first();
-    t354 = R::fused(-t291_292.second(), t255_256.first(), t353);
-    t355 = t354 * t269;
-    t356 = R::fused(-t343, t355, t303_304.second());
-    t357 = t293_294.second() * t319_320.first();
-    t358 = R::fused(t291_292.second(), t323_324.first(), t357);
-    t359 = R::fused(-t303_304.first(), t355, t358);
-    t360 = t359 * t338;
-    t361 = R::fused(-t345, t360, t356);
-    t362 = t361 * t351;
-    t363 = R::fused(-t251_252.first(), t355, t316_317.second());
-    t364 = R::fused(-t318, t360, t363);
-    t365 = R::fused(-t348, t362, t364);
-    t366 = R::fused(-t354, t355, t335_336.second());
-    t367 = R::fused(-t359, t360, t366);
-    t368 = R::fused(-t361, t362, t367);
+    t295_296 = both(t271) * t250_251;
+    t297_298 = both(t271) * t252_253;
+    t299_300 = both(t294) * t290_291;
+    t301_302 = both(t294) * t292_293;
+    t303_304 = t290_291 * t299_300;
+    t305_306 = R::Two::fused(t250_251, t295_296, t303_304);
+    t307_308 = R::Two::fused(t216_217, t272_273, t305_306);
+    t309_310 = R::Two::fused(t50_51, t226_227, t307_308);
+    t311_312 = t309_310 + two(R::constant(6.4655172413793105), R::constant(1.4080459770114946));
+    t313_314 = t292_293 * t299_300;
+    t315_316 = R::Two::fused(-t252_253, t295_296, t313_314);
+    t317_318 = R::Two::fused(t218_219 * two(R::constant(-1.0), R::constant(1.0)), t272_273, t315_316);
+    t319_320 = R::Two::fused(t56_57 * two(R::constant(-1.0), R::constant(1.0)), t226_227, t317_318);
+    t321_322 = R::Two::fused(two(R::constant(2.586206896551724), R::constant(1.2068965517241381)), two(R::constant(-1.0), R::constant(1.0)), t319_320);
+    t323_324 = t292_293 * t301_302;
+    t325_326 = R::Two::fused(t252_253, t297_298, t323_324);
+    t327_328 = R::Two::fused(t218_219, t274_275, t325_326);
+    t329_330 = R::Two::fused(t56_57, t228_229, t327_328);
+    t331_332 = t329_330 + both(R::constant(1.0344827586206895));
+    t333 = t290_291.second() * t301_302.first();
+    t334 = t290_291.second() * t299_300.first();
+    t335 = R::fused(-t250_251.second(), t297_298.first(), t333);
+    t336 = R::fused(t250_251.second(), t295_296.first(), t334);
+    t337 = t292_293.second() * t299_300.first();
+    t338 = t292_293.second() * t301_302.first();
+    t339 = R::fused(-t252_253.second(), t295_296.first(), t337);
+    t340 = R::fused(t252_253.second(), t297_298.first(), t338);
+    t341 = R::constant(1.0) / t311_312.first();
+    t342 = t264_265.first() * t341;
+    t343 = t321_322.first() * t341;
+    t344 = t336 * t341;
+    t345 = t339 * t341;
+    t346 = R::fused(-t321_322.first(), t344, t335);
+    t347 = R::fused(-t336, t344, t311_312.second());
+    t348 = R::fused(-t336, t345, t321_322.second());
+    t349 = R::fused(-t321_322.first(), t345, t340);
+    t350 = R::fused(-t321_322.first(), t343, t331_332.first());
+    t351 = R::fused(-t339, t345, t331_332.second());
+    t352 = R::constant(1.0) / t350;
+    t353 = R::fused(-t264_265.first(), t343, t286_287.first());
+    t354 = R::fused(-t264_265.first(), t345, t286_287.second());
+    t355 = R::fused(-t264_265.first(), t344, t264_265.second());
+    t356 = t353 * t352;
+    t357 = t346 * t352;
+    t358 = t349 * t352;
+    t359 = R::fused(-t349, t358, t351);
+    t360 = R::fused(-t353, t357, t355);
+    t361 = R::fused(-t353, t358, t354);
+    t362 = R::fused(-t346, t357, t347);
+    t363 = R::fused(-t346, t358, t348);
+    t364 = R::constant(1.0) / t362;
+    t365 = t360 * t364;
+    t366 = t363 * t364;
+    t367 = R::fused(-t360, t366, t361);
+    t368 = R::fused(-t363, t366, t359);
     t369 = R::constant(1.0) / t368;
-    t370 = t365 * t369;
-    t371 = R::fused(-t362, t370, t352);
-    t372 = R::fused(-t346, t371, t339);
-    t373 = R::fused(-t360, t370, t372);
-    t374 = R::fused(-t305, t373, t270);
+    t370 = t367 * t369;
+    t371 = R::fused(-t366, t370, t365);
+    t372 = R::fused(-t357, t371, t356);
+    t373 = R::fused(-t358, t370, t372);
+    t374 = R::fused(-t343, t373, t342);
     t375 = R::fused(-t344, t371, t374);
-    t376 = R::fused(-t355, t370, t375);
-    t377 = t239_240.first() * t376;
-    t378 = R::fused(t319_320.first(), t373, t377);
-    t379 = R::fused(t239_240.second(), t371, t378);
-    t380 = R::fused(t319_320.second(), t370, t379);
-    t381 = v_base_x - t380;
-    t382 = t255_256.first() * t376;
-    t383 = R::fused(-t323_324.first(), t373, t382);
-    t384 = R::fused(t255_256.second(), t371, t383);
-    t385 = R::fused(-t323_324.second(), t370, t384);
-    t386 = R::fused(-t188, t380, t385); // solved by the factors
-    t387 = v_base_z + t386;
-    t388 = t134 * t380; // solved by the factors
-    t389 = R::fused(-t178, t386, t388); // solved by the factors
-    t390 = v_base_pitch + t389;
-    t391 = t259_260.first() * t376;
-    t392 = R::fused(-t327_328.first(), t373, t391);
-    t393 = R::fused(t110_111.first(), t380, t392); // solved by the factors
-    t394 = R::fused(-t166_167.first(), t386, t393); // solved by the factors
+    t376 = R::fused(-t345, t370, t375);
+    t377 = t272_273.second() * t371;
+    t378 = R::fused(t274_275.second(), t370, t377);
+    t379 = t272_273.first() * t376;
+    t380 = R::fused(-t274_275.first(), t373, t379);
+    t381 = t226_227.second() * t371;
+    t382 = R::fused(t228_229.second(), t370, t381);
+    t383 = t226_227.first() * t376;
+    t384 = R::fused(-t228_229.first(), t373, t383);
+    t385 = R::constant(20.114942528735636) * t371;
+    t386 = R::fused(R::constant(17.241379310344826), t370, t385);
+    t387 = t208_209.second() * t371;
+    t388 = R::fused(-t210_211.second(), t370, -t387);
+    t389 = t210_211.second() * t371;
+    t390 = R::fused(-t208_209.second(), t370, t389);
+    t391 = t299_300.first() * t376;
+    t392 = R::fused(t301_302.first(), t373, t391);
+    t393 = R::fused(t299_300.second(), t371, t392);
+    t394 = R::fused(t301_302.second(), t370, t393);
     let (
         t395, t396, t397, t398, t399, t400, t401, t402, t403, t404, t405, t406, t407, t408, t409, t410, t411, t412,
         t413, t414, t415, t416, t417, t418, t419, t420, t421, t422, t423, t424, t425, t426, t427, t428, t429, t430,
         t431, t432, t433, t434, t435, t436, t437, t438, t439, t440,
     );
-    t395 = t389 - t394; // solved by the factors
-    t396 = v_right_hip_pitch - t395;
-    t397 = t263_264.first() * t376;
-    t398 = R::fused(-t331_332.first(), t373, t397);
     // solved by the factors
-    t399 = R::fused(t64_65.first(), t380, t398);
-    t400 = R::fused(-t150_151.first(), t386, t399);
-    t401 = R::fused(-t90_91.first(), t389, t400);
-    t402 = R::fused(t90_91.first(), t395, t401);
-    t403 = v_right_knee_pitch + t402; // other
-    t404 = R::constant(43.10344827586207) * t376; // other
-    t405 = R::fused(R::constant(-17.241379310344826), t373, t404); // other
-    t406 = R::fused(-t28_29.first(), t380, t405);
-    t407 = R::fused(t140_141.first(), t386, t406);
-    t408 = R::fused(-t80_81.first(), t389, t407);
-    t409 = R::fused(t80_81.first(), t395, t408);
-    t410 = R::fused(-t52_53.first(), t402, t409);
-    t411 = v_right_ankle_pitch + t410; // other
-    t412 = t259_260.second() * t371; // other
-    t413 = R::fused(t327_328.second(), t370, t412); // other
-    t414 = R::fused(-t110_111.second(), t380, t413);
-    t415 = R::fused(t166_167.second(), t386, t414);
-    t416 = t389 + t415;
-    t417 = v_left_hip_pitch - t416; // other
-    t418 = t263_264.second() * t371; // other
-    t419 = R::fused(t331_332.second(), t370, t418); // other
-    t420 = R::fused(-t64_65.second(), t380, t419);
-    t421 = R::fused(t150_151.second(), t386, t420);
-    t422 = R::fused(t90_91.second(), t389, t421);
-    t423 = R::fused(-t90_91.second(), t416, t422);
-    t424 = v_left_knee_pitch - t423; // other
-    t425 = R::constant(20.114942528735636) * t371; // other
-    t426 = R::fused(R::constant(17.241379310344826), t370, t425); // other
-    t427 = R::fused(t28_29.second(), t380, t426);
-    t428 = R::fused(-t140_141.second(), t386, t427);
-    t429 = R::fused(t80_81.second(), t389, t428);
-    t430 = R::fused(-t80_81.second(), t416, t429);
-    t431 = R::fused(-t52_53.second(), t423, t430);
+    t395 = t266 * t394;
+    t396 = R::fused(t184_185.first(), t394, t380);
+    t397 = R::fused(-t184_185.second(), t394, t378);
+    t398 = R::fused(t156_157.first(), t394, t384);
+    t399 = R::fused(-t156_157.second(), t394, t382);
+    t400 = R::fused(t128_129.second(), t394, t386);
     // other
-    t432 = v_left_ankle_pitch - t431;
-    t433 = t209_210.first() * t376;
-    t434 = R::fused(-t229_230.first(), t373, -t433);
-    t435 = t229_230.first() * t376;
-    t436 = R::fused(-t209_210.first(), t373, t435);
-    t437 = t209_210.second() * t371;
-    t438 = R::fused(-t229_230.second(), t370, -t437);
-    t439 = t229_230.second() * t371;
-    t440 = R::fused(-t209_210.second(), t370, t439);
-    *out = [[t381, t387, t390, t396, t403, t411, t417, t424, t432, t434, t436, t438, t440]];
+    t401 = t295_296.first() * t376;
+    t402 = R::fused(-t297_298.first(), t373, t401);
+    t403 = R::fused(t295_296.second(), t371, t402);
+    t404 = R::fused(-t297_298.second(), t370, t403);
+    // solved by the factors
+    t405 = R::fused(-t288, t394, t404);
+    t406 = R::fused(-t267, t405, t395);
+    t407 = R::fused(-t220_221.first(), t405, t396);
+    t408 = R::fused(t220_221.second(), t405, t397);
+    t409 = R::fused(-t176_177.first(), t405, t398);
+    t410 = R::fused(t176_177.second(), t405, t399);
+    t411 = R::fused(-t174_175.second(), t405, t400);
+    t412 = t406 - t407;
+    t413 = R::fused(-t120_121.first(), t406, t409);
+    t414 = t406 + t408;
+    t415 = R::fused(t120_121.second(), t406, t410);
+    t416 = R::fused(t86_87.second(), t406, t411);
+    t417 = R::fused(t120_121.first(), t412, t413);
+    t418 = R::fused(-t120_121.second(), t414, t415);
+    t419 = R::fused(-t86_87.second(), t414, t416);
+    t420 = v_left_hip_pitch - t414; // other
+    t421 = R::fused(-t38_39.second(), t418, t419);
+    // other
+    t422 = v_left_knee_pitch - t418;
+    t423 = v_left_ankle_pitch - t421;
+    t424 = R::constant(43.10344827586207) * t376;
+    t425 = R::fused(R::constant(-17.241379310344826), t373, t424);
+    t426 = R::fused(-t128_129.first(), t394, t425); // solved by the factors
+    t427 = R::fused(t174_175.first(), t405, t426); // solved by the factors
+    t428 = v_base_x - t394;
+    t429 = v_base_z + t405;
+    t430 = R::fused(-t86_87.first(), t406, t427); // solved by the factors
+    t431 = R::fused(t86_87.first(), t412, t430); // solved by the factors
+    t432 = R::fused(-t38_39.first(), t417, t431); // solved by the factors
+    t433 = t208_209.first() * t376;
+    t434 = t210_211.first() * t376;
+    t435 = R::fused(-t210_211.first(), t373, -t433);
+    t436 = R::fused(-t208_209.first(), t373, t434);
+    t437 = v_base_pitch + t406;
+    t438 = v_right_hip_pitch - t412;
+    t439 = v_right_knee_pitch + t417;
+    t440 = v_right_ankle_pitch + t432;
+    *out = [[t428, t429, t437, t438, t439, t440, t420, t422, t423, t435, t436, t388, t390]];
 }
 }
 
@@ -469,306 +476,312 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
         q_left_ankle_pitch, q_base_pitch,
     ]);
     let (
-        t0_1, t2_3, t4_5, t6_7, t8_9, t10_11, t12_13, t14_15, t16_17, t18_19, t20_21, t22_23, t24_25, t26_27, t28_29,
-        t30, t31, t32_33, t34_35, t36_37, t38_39, t40_41, t42_43, t44_45, t46_47, t48_49, t50_51, t52_53, t54_55,
-        t56_57, t58_59, t60_61, t62_63, t64_65, t66, t67, t68_69, t70_71, t72_73, t74_75, t76_77, t78_79, t80_81,
-        t82_83, t84_85, t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105, t106_107,
-        t108_109, t110_111, t112, t113, t114, t115, t116, t117, t118, t119, t120, t121, t122, t123, t124, t125, t126,
-        t127, t128, t129, t130, t131, t132, t133, t134, t135, t136_137, t138_139, t140_141, t142, t143, t144_145,
-        t146_147, t148_149, t150_151, t152, t153, t154_155, t156_157, t158_159, t160_161, t162_163, t164_165, t166_167,
-        t168, t169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183, t184, t185,
-        t186, t187, t188, t189, t190, t191_192, t193_194, t195_196, t197_198, t199_200, t201_202, t203_204, t205_206,
-        t207_208, t209_210, t211_212, t213_214, t215_216, t217_218, t219_220, t221_222, t223_224, t225_226, t227_228,
-        t229_230, t231_232, t233_234, t235_236, t237_238, t239_240, t241_242, t243_244, t245_246, t247_248, t249_250,
-        t251_252, t253_254, t255_256, t257_258, t259_260, t261_262, t263_264, t265_266, t267_268, t269, t270, t271_272,
-        t273_274, t275_276, t277_278, t279_280, t281_282, t283_284, t285_286, t287_288, t289_290, t291_292, t293_294,
-        t295_296, t297_298, t299_300, t301_302, t303_304, t305, t306_307, t308_309, t310_311, t312_313, t314_315,
-        t316_317, t318, t319_320, t321_322, t323_324, t325_326, t327_328, t329_330, t331_332, t333_334, t335_336, t337,
-        t338, t339, t340, t341, t342, t343, t344, t345, t346, t347, t348, t349, t350, t351, t352, t353, t354, t355,
-        t356, t357, t358, t359, t360, t361, t362, t363, t364, t365, t366, t367, t368, t369, t370, t371, t372, t373,
-        t374, t375, t376, t377, t378, t379_380, t381_382, t383, t384, t385, t386_387, t388_389, t390, t391, t392, t393,
+        t0_1, t2_3, t4_5, t6_7, t8_9, t10_11, t12, t13_14, t15_16, t17_18, t19_20, t21, t22_23, t24_25, t26_27, t28_29,
+        t30_31, t32_33, t34_35, t36_37, t38_39, t40, t41_42, t43_44, t45_46, t47_48, t49_50, t51_52, t53_54, t55_56,
+        t57_58, t59_60, t61_62, t63_64, t65_66, t67_68, t69_70, t71_72, t73_74, t75_76, t77_78, t79_80, t81_82, t83_84,
+        t85_86, t87_88, t89_90, t91_92, t93_94, t95_96, t97_98, t99_100, t101_102, t103_104, t105_106, t107_108,
+        t109_110, t111_112, t113_114, t115_116, t117_118, t119_120, t121_122, t123_124, t125_126, t127_128, t129_130,
+        t131_132, t133_134, t135, t136, t137, t138_139, t140_141, t142, t143, t144_145, t146_147, t148_149, t150, t151,
+        t152_153, t154_155, t156, t157, t158, t159, t160, t161, t162, t163, t164_165, t166, t167, t168, t169, t170,
+        t171, t172, t173, t174, t175, t176, t177_178, t179, t180, t181_182, t183_184, t185_186, t187_188, t189, t190,
+        t191_192, t193_194, t195, t196, t197, t198, t199, t200, t201, t202, t203, t204, t205, t206, t207_208, t209_210,
+        t211_212, t213_214, t215_216, t217_218, t219_220, t221_222, t223_224, t225, t226, t227, t228, t229_230,
+        t231_232, t233, t234, t235_236, t237_238, t239_240, t241_242, t243_244, t245_246, t247_248, t249_250, t251_252,
+        t253_254, t255_256, t257_258, t259_260, t261_262, t263_264, t265_266, t267_268, t269_270, t271, t272, t273,
+        t274, t275, t276, t277_278, t279_280, t281_282, t283_284, t285_286, t287_288, t289_290, t291_292, t293, t294,
+        t295, t296, t297, t298, t299, t300, t301, t302_303, t304_305, t306, t307, t308_309, t310_311, t312, t313_314,
+        t315_316, t317, t318_319, t320_321, t322_323, t324_325, t326_327, t328_329, t330_331, t332_333, t334_335,
+        t336_337, t338_339, t340_341, t342_343, t344_345, t346_347, t348, t349, t350, t351, t352, t353, t354, t355,
+        t356_357, t358_359, t360_361, t362, t363_364, t365, t366, t367, t368, t369, t370, t371, t372, t373, t374, t375,
+        t376, t377, t378, t379, t380, t381, t382, t383, t384, t385, t386, t387, t388, t389, t390, t391, t392, t393,
         t394, t395, t396, t397, t398,
     );
     // right_foot, left_foot: sums of what it carries
     t0_1 = both(R::constant(0.018)) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
     t2_3 = both(R::constant(0.018)) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t4_5 = t0_1 - t2_3;
-    t6_7 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t4_5; // right_lower_leg, left_lower_leg
-    t8_9 = t0_1 + t2_3;
-    // right_foot, left_foot: mass matrix
-    t10_11 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t8_9, t6_7);
-    t12_13 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t10_11;
-    t14_15 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t4_5; // right_lower_leg, left_lower_leg
-    t16_17 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t8_9, t14_15);
-    t18_19 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t16_17, t12_13);
-    t20_21 = both(sin_q_base_pitch) * t18_19;
-    t22_23 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t10_11;
-    t24_25 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t16_17, t22_23);
-    t26_27 = R::Two::fused(both(cos_q_base_pitch), t24_25, t20_21);
-    // factors of the mass matrix
-    t28_29 = t26_27 * both(R::constant(287.35632183908046));
-    t30 = R::fused(-t26_27.second(), t28_29.second(), R::constant(19.0));
-    t31 = R::fused(-t26_27.first(), t28_29.first(), t30);
-    t32_33 = both(R::constant(0.362)) + t8_9; // right_foot, left_foot: sums of what it carries
-    t34_35 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t32_33, -t6_7);
-    t36_37 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t34_35; // right_upper_leg, left_upper_leg
-    t38_39 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t32_33, t14_15);
-    // right_lower_leg, left_lower_leg: mass matrix
-    t40_41 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t38_39, t36_37);
-    t42_43 = both(sin_q_base_pitch) * t40_41;
-    t44_45 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t34_35; // right_upper_leg, left_upper_leg
-    t46_47 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t38_39, t44_45);
-    t48_49 = R::Two::fused(both(cos_q_base_pitch), t46_47, t42_43);
-    t50_51 = R::Two::fused(both(R::constant(0.3)), t8_9, both(R::constant(0.00348))); // right_foot, left_foot
-    // factors of the mass matrix
-    t52_53 = t50_51 * both(R::constant(287.35632183908046));
-    t54_55 = R::Two::fused(t26_27, t52_53, t48_49);
+    // other
+    t4_5 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t6_7 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t8_9 = R::Two::fused(both(R::constant(0.3)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.15), R::constant(0.039999999999999994)));
+    t10_11 = R::Two::fused(both(R::constant(0.3)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.06)));
+    t12 = v_base_pitch + v_left_hip_pitch; // left_upper_leg: motion
     // right_foot, left_foot: sums of what it carries
-    t56_57 = R::Two::fused(both(R::constant(0.6)), t8_9, both(R::constant(0.00348)));
-    t58_59 = both(R::constant(0.08816)) + t56_57;
-    // factors of the mass matrix
-    t60_61 = R::Two::fused(-t50_51, t52_53, t58_59);
-    t62_63 = both(R::constant(1.0)) / t60_61;
-    t64_65 = t54_55 * t62_63;
-    t66 = R::fused(-t54_55.second(), t64_65.second(), t31);
-    t67 = R::fused(-t54_55.first(), t64_65.first(), t66);
-    t68_69 = both(R::constant(0.925)) + t38_39; // right_lower_leg, left_lower_leg: sums of what it carries
-    t70_71 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t68_69, t36_37);
-    t72_73 = both(sin_q_base_pitch) * t70_71; // right_upper_leg, left_upper_leg: mass matrix
-    t74_75 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t68_69, -t44_45);
-    t76_77 = R::Two::fused(-both(cos_q_base_pitch), t74_75, t72_73); // right_upper_leg, left_upper_leg: mass matrix
-    t78_79 = R::Two::fused(both(R::constant(0.3)), t16_17, t50_51); // right_foot, left_foot: mass matrix
-    t80_81 = t78_79 * both(R::constant(287.35632183908046));
-    t82_83 = t26_27 * t80_81;
-    t84_85 = t76_77 + t82_83;
-    t86_87 = R::Two::fused(both(R::constant(0.3)), t38_39, t58_59); // right_lower_leg, left_lower_leg: mass matrix
-    t88_89 = R::Two::fused(-t78_79, t52_53, t86_87);
-    t90_91 = t88_89 * t62_63;
-    t92_93 = t54_55 * t90_91;
-    t94_95 = t84_85 - t92_93;
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t96_97 = R::Two::fused(both(R::constant(0.6)), t38_39, t58_59);
-    t98_99 = both(R::constant(0.241)) + t96_97;
-    // factors of the mass matrix
-    t100_101 = t78_79 * t80_81;
-    t102_103 = t98_99 - t100_101;
-    t104_105 = t88_89 * t90_91;
-    t106_107 = t102_103 - t104_105;
-    t108_109 = both(R::constant(1.0)) / t106_107;
-    t110_111 = t94_95 * t108_109;
-    t112 = R::fused(-t94_95.second(), t110_111.second(), t67);
-    t113 = R::fused(-t94_95.first(), t110_111.first(), t112);
-    t114 = R::constant(2.2) - t74_75.second(); // left_upper_leg: sums of what it carries
-    t115 = t114 - t74_75.first(); // right_upper_leg: sums of what it carries
-    t116 = cos_q_base_pitch * t115; // torso: sums of what it carries
-    t117 = t70_71.second() + t70_71.first(); // right_upper_leg: sums of what it carries
-    t118 = R::fused(sin_q_base_pitch, t117, t116); // torso: sums of what it carries
-    t119 = t118 + t82_83.second();
-    t120 = t119 + t82_83.first();
-    t121 = t120 - t92_93.second();
-    t122 = t121 - t92_93.first();
-    t123 = t94_95.second() - t122;
-    t124 = t94_95.first() + t123;
-    t125 = R::constant(0.734) + t98_99.second(); // left_upper_leg: sums of what it carries
-    t126 = t98_99.first() + t125; // right_upper_leg: sums of what it carries
-    t127 = t126 - t100_101.second();
-    t128 = t127 - t100_101.first();
-    t129 = t128 - t104_105.second();
-    t130 = t129 - t104_105.first();
-    t131 = t106_107.second() - t130;
-    t132 = t106_107.first() + t131;
-    t133 = R::constant(1.0) / t132;
-    t134 = t124 * t133;
-    t135 = R::fused(t124, t134, t113);
+    t13_14 = t0_1 + t2_3;
+    t15_16 = t0_1 - t2_3;
+    // other
+    t17_18 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t4_5);
+    t19_20 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t6_7);
+    t21 = t12 + v_left_knee_pitch; // left_lower_leg: motion
+    t22_23 = R::Two::fused(both(R::constant(0.3)), t13_14, both(R::constant(0.00348))); // right_foot, left_foot
+    t24_25 = R::Two::fused(both(R::constant(0.6)), t13_14, both(R::constant(0.00348))); // right_foot, left_foot
+    t26_27 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t15_16; // right_lower_leg, left_lower_leg
+    t28_29 = both(R::constant(0.362)) + t13_14; // right_foot, left_foot: sums of what it carries
+    t30_31 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t15_16; // right_lower_leg, left_lower_leg
+    t32_33 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t17_18;
+    t34_35 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t17_18;
+    t36_37 = R::Two::fused(both(R::constant(0.3)), t17_18, t8_9);
+    t38_39 = R::Two::fused(both(R::constant(-0.3)), t19_20, t10_11);
+    t40 = t21 + v_left_ankle_pitch; // left_foot: motion
+    t41_42 = t22_23 * both(R::constant(287.35632183908046)); // factors of the mass matrix
+    t43_44 = both(R::constant(0.08816)) + t24_25; // right_foot, left_foot: sums of what it carries
+    t45_46 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t28_29, t26_27);
     // right_foot, left_foot: mass matrix
-    t136_137 = both(cos_q_base_pitch) * t18_19;
-    t138_139 = R::Two::fused(-both(sin_q_base_pitch), t24_25, t136_137);
-    // factors of the mass matrix
-    t140_141 = t138_139 * both(R::constant(287.35632183908046));
-    t142 = t26_27.second() * t140_141.second();
-    t143 = R::fused(t26_27.first(), t140_141.first(), t142);
+    t47_48 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t13_14, t26_27);
+    t49_50 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t13_14, t30_31);
+    t51_52 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t28_29, -t30_31);
+    // other
+    t53_54 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t19_20, t32_33);
+    t55_56 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t19_20, t34_35);
+    // solved by the factors
+    t57_58 = R::Two::fused(t22_23, two(R::constant(-43.10344827586207), R::constant(-11.494252873563218)), t8_9);
+    t59_60 = R::Two::fused(t22_23, both(R::constant(-17.241379310344826)), t10_11);
+    t61_62 = R::Two::fused(-t22_23, t41_42, t43_44); // factors of the mass matrix
+    t63_64 = R::Two::fused(both(R::constant(0.3)), t47_48, t22_23); // right_foot, left_foot: mass matrix
+    t65_66 = both(R::constant(1.0)) / t61_62; // factors of the mass matrix
+    // right_foot, left_foot: mass matrix
+    t67_68 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t49_50;
+    t69_70 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t49_50;
+    t71_72 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t47_48, t67_68);
+    t73_74 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t47_48, t69_70);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t75_76 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t51_52;
+    t77_78 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t51_52;
+    t79_80 = both(R::constant(0.925)) + t45_46; // right_lower_leg, left_lower_leg: sums of what it carries
+    t81_82 = t63_64 * both(R::constant(287.35632183908046)); // factors of the mass matrix
+    t83_84 = R::Two::fused(both(R::constant(0.3)), t45_46, t43_44); // right_lower_leg, left_lower_leg: mass matrix
+    t85_86 = R::Two::fused(both(R::constant(0.6)), t45_46, t43_44); // right_lower_leg, left_lower_leg
+    t87_88 = R::Two::fused(-t63_64, t41_42, t83_84); // factors of the mass matrix
+    t89_90 = both(R::constant(0.241)) + t85_86; // right_lower_leg, left_lower_leg: sums of what it carries
     // right_lower_leg, left_lower_leg: mass matrix
-    t144_145 = both(cos_q_base_pitch) * t40_41;
-    t146_147 = R::Two::fused(-both(sin_q_base_pitch), t46_47, t144_145);
+    t91_92 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t45_46, t75_76);
+    t93_94 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t45_46, t77_78);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t95_96 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t79_80, t75_76);
+    t97_98 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t79_80, -t77_78);
+    // right_foot, left_foot: mass matrix
+    t99_100 = both(sin_q_base_pitch) * t71_72;
+    t101_102 = both(cos_q_base_pitch) * t71_72;
+    t103_104 = R::Two::fused(both(cos_q_base_pitch), t73_74, t99_100);
+    t105_106 = R::Two::fused(-both(sin_q_base_pitch), t73_74, t101_102);
+    // right_lower_leg, left_lower_leg: mass matrix
+    t107_108 = both(sin_q_base_pitch) * t91_92;
+    t109_110 = both(cos_q_base_pitch) * t91_92;
+    t111_112 = R::Two::fused(both(cos_q_base_pitch), t93_94, t107_108);
+    t113_114 = R::Two::fused(-both(sin_q_base_pitch), t93_94, t109_110);
     // factors of the mass matrix
-    t148_149 = R::Two::fused(t138_139, t52_53, t146_147);
-    t150_151 = t148_149 * t62_63;
-    t152 = R::fused(t54_55.second(), t150_151.second(), t143);
-    t153 = R::fused(t54_55.first(), t150_151.first(), t152);
+    t115_116 = R::Two::fused(t103_104, t41_42, t111_112);
+    t117_118 = R::Two::fused(t105_106, t41_42, t113_114);
     // right_upper_leg, left_upper_leg: mass matrix
-    t154_155 = both(cos_q_base_pitch) * t70_71;
-    t156_157 = R::Two::fused(both(sin_q_base_pitch), t74_75, t154_155);
+    t119_120 = both(sin_q_base_pitch) * t95_96;
+    t121_122 = R::Two::fused(-both(cos_q_base_pitch), t97_98, t119_120);
     // factors of the mass matrix
-    t158_159 = t138_139 * t80_81;
-    t160_161 = t156_157 + t158_159;
-    t162_163 = t148_149 * t90_91;
-    t164_165 = t160_161 - t162_163;
-    t166_167 = t164_165 * t108_109;
-    t168 = R::fused(t94_95.second(), t166_167.second(), t153);
-    t169 = R::fused(t94_95.first(), t166_167.first(), t168);
-    t170 = sin_q_base_pitch * t115; // torso: sums of what it carries
-    t171 = R::fused(-cos_q_base_pitch, t117, t170); // torso: sums of what it carries
-    t172 = t171 - t158_159.second();
-    t173 = t172 - t158_159.first();
-    t174 = t173 + t162_163.second();
-    t175 = t174 + t162_163.first();
-    t176 = t164_165.second() + t175;
-    t177 = t164_165.first() + t176;
-    t178 = t177 * t133;
-    t179 = R::fused(-t124, t178, t169);
-    t180 = R::fused(-t138_139.second(), t140_141.second(), R::constant(19.0));
-    t181 = R::fused(-t138_139.first(), t140_141.first(), t180);
-    t182 = R::fused(-t148_149.second(), t150_151.second(), t181);
-    t183 = R::fused(-t148_149.first(), t150_151.first(), t182);
-    t184 = R::fused(-t164_165.second(), t166_167.second(), t183);
-    t185 = R::fused(-t164_165.first(), t166_167.first(), t184);
-    t186 = R::fused(t177, t178, t185);
-    t187 = R::constant(1.0) / t186;
-    t188 = t179 * t187;
-    t189 = R::fused(-t179, t188, t135);
-    t190 = R::constant(1.0) / t189;
+    t123_124 = t87_88 * t65_66;
+    t125_126 = t87_88 * t123_124;
+    t127_128 = t63_64 * t81_82;
+    t129_130 = t103_104 * both(R::constant(287.35632183908046));
+    t131_132 = t103_104 * t81_82;
+    t133_134 = t121_122 + t131_132;
+    t135 = R::constant(2.2) - t97_98.second(); // left_upper_leg: sums of what it carries
+    t136 = t135 - t97_98.first(); // right_upper_leg: sums of what it carries
+    t137 = t95_96.second() + t95_96.first(); // right_upper_leg: sums of what it carries
+    // right_upper_leg, left_upper_leg: mass matrix
+    t138_139 = both(cos_q_base_pitch) * t95_96;
+    t140_141 = R::Two::fused(both(sin_q_base_pitch), t97_98, t138_139);
+    // factors of the mass matrix
+    t142 = R::fused(-t103_104.second(), t129_130.second(), R::constant(19.0));
+    t143 = R::fused(-t103_104.first(), t129_130.first(), t142);
+    t144_145 = t89_90 - t127_128;
+    t146_147 = t144_145 - t125_126;
+    t148_149 = t115_116 * t65_66;
+    t150 = R::fused(-t115_116.second(), t148_149.second(), t143);
+    t151 = R::fused(-t115_116.first(), t148_149.first(), t150);
+    t152_153 = t115_116 * t123_124;
+    t154_155 = t133_134 - t152_153;
+    t156 = R::constant(0.734) + t89_90.second(); // left_upper_leg: sums of what it carries
+    t157 = t89_90.first() + t156; // right_upper_leg: sums of what it carries
+    t158 = t157 - t127_128.second();
+    t159 = t158 - t127_128.first();
+    t160 = t159 - t125_126.second();
+    t161 = t160 - t125_126.first();
+    t162 = t146_147.second() - t161;
+    t163 = t146_147.first() + t162;
+    t164_165 = both(R::constant(1.0)) / t146_147;
+    t166 = R::constant(1.0) / t163;
+    // torso: sums of what it carries
+    t167 = cos_q_base_pitch * t136;
+    t168 = sin_q_base_pitch * t136;
+    t169 = R::fused(sin_q_base_pitch, t137, t167);
+    t170 = R::fused(-cos_q_base_pitch, t137, t168);
+    // factors of the mass matrix
+    t171 = t169 + t131_132.second();
+    t172 = t171 + t131_132.first();
+    t173 = t172 - t152_153.second();
+    t174 = t173 - t152_153.first();
+    t175 = t154_155.second() - t174;
+    t176 = t154_155.first() + t175;
+    t177_178 = t154_155 * t164_165;
+    t179 = R::fused(-t154_155.second(), t177_178.second(), t151);
+    t180 = R::fused(-t154_155.first(), t177_178.first(), t179);
+    t181_182 = t105_106 * both(R::constant(287.35632183908046));
+    t183_184 = t117_118 * t65_66;
+    t185_186 = t105_106 * t81_82;
+    t187_188 = t140_141 + t185_186;
+    t189 = t170 - t185_186.second();
+    t190 = t189 - t185_186.first();
+    t191_192 = t117_118 * t123_124;
+    t193_194 = t187_188 - t191_192;
+    t195 = t190 + t191_192.second();
+    t196 = t195 + t191_192.first();
+    t197 = t193_194.second() + t196;
+    t198 = t193_194.first() + t197;
+    t199 = t103_104.second() * t181_182.second();
+    t200 = R::fused(t103_104.first(), t181_182.first(), t199);
+    t201 = R::fused(t115_116.second(), t183_184.second(), t200);
+    t202 = R::fused(t115_116.first(), t183_184.first(), t201);
+    t203 = R::fused(-t105_106.second(), t181_182.second(), R::constant(19.0));
+    t204 = R::fused(-t105_106.first(), t181_182.first(), t203);
+    t205 = R::fused(-t117_118.second(), t183_184.second(), t204);
+    t206 = R::fused(-t117_118.first(), t183_184.first(), t205);
     // other
-    t191_192 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t193_194 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t191_192);
-    t195_196 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t193_194;
-    t197_198 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t199_200 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t197_198);
-    t201_202 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t199_200, t195_196);
-    t203_204 = both(cos_q_base_pitch) * t201_202;
-    t205_206 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t193_194;
-    t207_208 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t199_200, t205_206);
-    t209_210 = R::Two::fused(-both(sin_q_base_pitch), t207_208, t203_204);
-    t211_212 = R::Two::fused(t26_27, two(R::constant(-43.10344827586207), R::constant(-11.494252873563218)), t209_210);
-    t213_214 = R::Two::fused(both(R::constant(0.3)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.15), R::constant(0.039999999999999994)));
+    t207_208 = both(cos_q_base_pitch) * t53_54;
+    t209_210 = both(sin_q_base_pitch) * t53_54;
+    t211_212 = R::Two::fused(-both(sin_q_base_pitch), t55_56, t207_208);
+    t213_214 = R::Two::fused(both(cos_q_base_pitch), t55_56, t209_210);
     // solved by the factors
-    t215_216 = R::Two::fused(t50_51, two(R::constant(-43.10344827586207), R::constant(-11.494252873563218)), t213_214);
-    t217_218 = R::Two::fused(t64_65, t215_216, t211_212);
-    t219_220 = R::Two::fused(both(R::constant(0.3)), t193_194, t213_214); // other
-    t221_222 = R::Two::fused(t78_79, two(R::constant(-43.10344827586207), R::constant(-11.494252873563218)), t219_220);
-    t223_224 = R::Two::fused(-t90_91, t215_216, t221_222);
-    t225_226 = R::Two::fused(t110_111, t223_224, t217_218);
+    t215_216 = R::Two::fused(t63_64, two(R::constant(-43.10344827586207), R::constant(-11.494252873563218)), t36_37);
+    t217_218 = R::Two::fused(t63_64, both(R::constant(-17.241379310344826)), t38_39);
+    t219_220 = R::Two::fused(-t123_124, t57_58, t215_216);
+    t221_222 = R::Two::fused(-t123_124, t59_60, t217_218);
+    // factors of the mass matrix
+    t223_224 = t193_194 * t164_165;
+    t225 = R::fused(t154_155.second(), t223_224.second(), t202);
+    t226 = R::fused(t154_155.first(), t223_224.first(), t225);
+    t227 = R::fused(-t193_194.second(), t223_224.second(), t206);
+    t228 = R::fused(-t193_194.first(), t223_224.first(), t227);
     // other
-    t227_228 = both(sin_q_base_pitch) * t201_202;
-    t229_230 = R::Two::fused(both(cos_q_base_pitch), t207_208, t227_228);
+    t229_230 = t65_66 * t57_58;
+    t231_232 = t65_66 * t59_60;
+    t233 = R::constant(1.0) - t41_42.second(); // solved by the factors
+    t234 = t65_66.second() * t233;
     // solved by the factors
-    t231_232 = R::Two::fused(t138_139, two(R::constant(43.10344827586207), R::constant(11.494252873563218)), t229_230);
-    t233_234 = R::Two::fused(-t150_151, t215_216, t231_232);
-    t235_236 = R::Two::fused(-t166_167, t223_224, t233_234);
-    t237_238 = R::Two::fused(-both(t188), t235_236, t225_226);
+    t235_236 = R::Two::fused(t103_104, two(R::constant(-43.10344827586207), R::constant(-11.494252873563218)), t211_212);
+    t237_238 = R::Two::fused(t103_104, both(R::constant(17.241379310344826)), t213_214);
+    t239_240 = R::Two::fused(t148_149, t57_58, t235_236);
+    t241_242 = R::Two::fused(-t148_149, t59_60, t237_238);
+    t243_244 = R::Two::fused(t177_178, t219_220, t239_240);
+    t245_246 = R::Two::fused(-t177_178, t221_222, t241_242);
+    t247_248 = R::Two::fused(t105_106, two(R::constant(43.10344827586207), R::constant(11.494252873563218)), t213_214);
+    t249_250 = R::Two::fused(t105_106, both(R::constant(17.241379310344826)), t211_212);
+    t251_252 = R::Two::fused(-t183_184, t57_58, t247_248);
+    t253_254 = R::Two::fused(-t183_184, t59_60, t249_250);
+    t255_256 = R::Two::fused(-t223_224, t219_220, t251_252);
+    t257_258 = R::Two::fused(-t223_224, t221_222, t253_254);
     // other
-    t239_240 = both(t190) * t237_238;
-    t241_242 = both(v_base_x) * t209_210;
-    t243_244 = R::Two::fused(-both(v_base_z), t229_230, t241_242);
-    t245_246 = R::Two::fused(-both(v_base_pitch), t219_220, t243_244);
-    t247_248 = R::Two::fused(-two(v_right_hip_pitch, v_left_hip_pitch), t219_220, t245_246);
-    t249_250 = R::Two::fused(-two(v_right_knee_pitch, v_left_knee_pitch), t213_214, t247_248);
-    t251_252 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), two(R::constant(-0.15), R::constant(-0.039999999999999994)), t249_250);
-    t253_254 = t237_238 * t239_240;
-    t255_256 = both(t187) * t235_236;
-    t257_258 = R::Two::fused(t235_236, t255_256, t253_254);
-    t259_260 = t108_109 * t223_224;
-    t261_262 = R::Two::fused(t223_224, t259_260, t257_258);
-    t263_264 = t62_63 * t215_216;
-    t265_266 = R::Two::fused(t215_216, t263_264, t261_262);
-    t267_268 = t265_266 + two(R::constant(6.4655172413793105), R::constant(0.4597701149425286));
-    t269 = R::constant(1.0) / t267_268.first();
-    t270 = t251_252.first() * t269;
-    t271_272 = R::Two::fused(t26_27, both(R::constant(17.241379310344826)), t229_230); // solved by the factors
-    t273_274 = R::Two::fused(both(R::constant(0.3)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.06)));
+    t259_260 = both(v_base_x) * t211_212;
+    t261_262 = R::Two::fused(-both(v_base_z), t213_214, t259_260);
+    t263_264 = R::Two::fused(-both(v_base_pitch), t36_37, t261_262);
+    t265_266 = R::Two::fused(-two(v_right_hip_pitch, v_left_hip_pitch), t36_37, t263_264);
+    t267_268 = R::Two::fused(-two(v_right_knee_pitch, v_left_knee_pitch), t8_9, t265_266);
+    t269_270 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), two(R::constant(-0.15), R::constant(-0.039999999999999994)), t267_268);
+    // factors of the mass matrix
+    t271 = t176 * t166;
+    t272 = t198 * t166;
+    t273 = R::fused(t198, t272, t228);
+    t274 = R::fused(t176, t271, t180);
+    t275 = R::fused(-t176, t272, t226);
+    t276 = R::constant(1.0) / t273;
+    // other
+    t277_278 = t164_165 * t219_220;
+    t279_280 = both(v_base_x) * t213_214;
+    t281_282 = R::Two::fused(both(v_base_z), t211_212, t279_280);
+    t283_284 = R::Two::fused(both(v_base_pitch), t38_39, t281_282);
+    t285_286 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch), t38_39, t283_284);
+    t287_288 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch), t10_11, t285_286);
+    t289_290 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), both(R::constant(0.06)), t287_288);
+    t291_292 = t164_165 * t221_222;
     // solved by the factors
-    t275_276 = R::Two::fused(t50_51, both(R::constant(-17.241379310344826)), t273_274);
-    t277_278 = R::Two::fused(-t64_65, t275_276, t271_272);
-    t279_280 = R::Two::fused(both(R::constant(-0.3)), t199_200, t273_274); // other
-    t281_282 = R::Two::fused(t78_79, both(R::constant(-17.241379310344826)), t279_280);
-    t283_284 = R::Two::fused(-t90_91, t275_276, t281_282);
-    t285_286 = R::Two::fused(-t110_111, t283_284, t277_278);
-    t287_288 = R::Two::fused(t138_139, both(R::constant(17.241379310344826)), t209_210);
-    t289_290 = R::Two::fused(-t150_151, t275_276, t287_288);
-    t291_292 = R::Two::fused(-t166_167, t283_284, t289_290);
-    t293_294 = R::Two::fused(both(t188), t291_292, t285_286);
+    t293 = R::fused(-t148_149.second(), t233, t129_130.second());
+    t294 = R::constant(1.0) - t81_82.second();
+    t295 = R::fused(-t123_124.second(), t233, t294);
+    t296 = R::fused(-t177_178.second(), t295, t293);
+    t297 = t164_165.second() * t295; // other
+    t298 = R::fused(-t183_184.second(), t233, t181_182.second());
+    t299 = R::fused(-t223_224.second(), t295, t298);
+    t300 = t275 * t276; // factors of the mass matrix
+    t301 = R::fused(-t275, t300, t274); // factors of the mass matrix
+    t302_303 = R::Two::fused(-both(t300), t255_256, t243_244);
+    t304_305 = R::Two::fused(both(t300), t257_258, t245_246);
+    t306 = R::fused(t300, t299, t296);
+    t307 = R::constant(1.0) / t301; // factors of the mass matrix
     // other
-    t295_296 = t293_294 * t239_240;
-    t297_298 = R::Two::fused(-t291_292, t255_256, t295_296);
-    t299_300 = R::Two::fused(-t283_284, t259_260, t297_298);
-    t301_302 = R::Two::fused(-t275_276, t263_264, t299_300);
-    t303_304 = t301_302 - two(R::constant(2.586206896551724), R::constant(0.689655172413793));
-    t305 = t303_304.first() * t269;
-    t306_307 = both(v_base_x) * t229_230;
-    t308_309 = R::Two::fused(both(v_base_z), t209_210, t306_307);
-    t310_311 = R::Two::fused(both(v_base_pitch), t279_280, t308_309);
-    t312_313 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch), t279_280, t310_311);
-    t314_315 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch), t273_274, t312_313);
-    t316_317 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), both(R::constant(0.06)), t314_315);
-    t318 = R::fused(-t251_252.first(), t305, t316_317.first());
-    t319_320 = both(t190) * t293_294;
-    t321_322 = t293_294 * t319_320;
-    t323_324 = both(t187) * t291_292;
-    t325_326 = R::Two::fused(t291_292, t323_324, t321_322);
-    t327_328 = t108_109 * t283_284;
-    t329_330 = R::Two::fused(t283_284, t327_328, t325_326);
-    t331_332 = t62_63 * t275_276;
-    t333_334 = R::Two::fused(t275_276, t331_332, t329_330);
-    t335_336 = t333_334 + both(R::constant(1.0344827586206895));
-    t337 = R::fused(-t303_304.first(), t305, t335_336.first());
-    t338 = R::constant(1.0) / t337;
-    t339 = t318 * t338;
-    t340 = t237_238.second() * t319_320.first();
-    t341 = R::fused(-t235_236.second(), t323_324.first(), t340);
-    t342 = t237_238.second() * t239_240.first();
-    t343 = R::fused(t235_236.second(), t255_256.first(), t342);
-    t344 = t343 * t269;
-    t345 = R::fused(-t303_304.first(), t344, t341);
-    t346 = t345 * t338;
-    t347 = R::fused(-t251_252.first(), t344, t251_252.second());
-    t348 = R::fused(-t318, t346, t347);
-    t349 = R::fused(-t343, t344, t267_268.second());
-    t350 = R::fused(-t345, t346, t349);
-    t351 = R::constant(1.0) / t350;
-    t352 = t348 * t351;
-    t353 = t293_294.second() * t239_240.first();
-    t354 = R::fused(-t291_292.second(), t255_256.first(), t353);
-    t355 = t354 * t269;
-    t356 = R::fused(-t343, t355, t303_304.second());
-    t357 = t293_294.second() * t319_320.first();
-    t358 = R::fused(t291_292.second(), t323_324.first(), t357);
-    t359 = R::fused(-t303_304.first(), t355, t358);
-    t360 = t359 * t338;
-    t361 = R::fused(-t345, t360, t356);
-    t362 = t361 * t351;
-    t363 = R::fused(-t251_252.first(), t355, t316_317.second());
-    t364 = R::fused(-t318, t360, t363);
-    t365 = R::fused(-t348, t362, t364);
-    t366 = R::fused(-t354, t355, t335_336.second());
-    t367 = R::fused(-t359, t360, t366);
-    t368 = R::fused(-t361, t362, t367);
-    t369 = R::constant(1.0) / t368;
-    t370 = t365 * t369;
-    // solved by the factors
-    t371 = R::constant(1.0) - t52_53.second();
-    t372 = R::fused(-t64_65.second(), t371, t28_29.second());
-    t373 = R::constant(1.0) - t80_81.second();
-    t374 = R::fused(-t90_91.second(), t371, t373);
-    t375 = R::fused(-t110_111.second(), t374, t372);
-    t376 = R::fused(-t150_151.second(), t371, t140_141.second());
-    t377 = R::fused(-t166_167.second(), t374, t376);
-    t378 = R::fused(t188, t377, t375);
-    // other
-    t379_380 = both(t378) * t319_320;
-    t381_382 = R::Two::fused(both(t377), t323_324, t379_380);
-    t383 = R::fused(t374, t327_328.second(), t381_382.second());
-    t384 = R::fused(t371, t331_332.second(), t383);
-    t385 = R::constant(17.241379310344826) + t384;
-    t386_387 = both(t378) * t239_240;
-    t388_389 = R::Two::fused(-both(t377), t255_256, t386_387);
-    t390 = t388_389.first() * t269;
-    t391 = R::fused(-t354, t390, t385);
-    t392 = R::fused(-t303_304.first(), t390, t381_382.first());
-    t393 = t392 * t338;
-    t394 = R::fused(-t359, t393, t391);
-    t395 = R::fused(-t374, t259_260.second(), t388_389.second());
-    t396 = R::fused(-t371, t263_264.second(), t395);
-    t397 = R::constant(11.494252873563218) - t396;
-    t398 = R::fused(t343, t390, t397);
+    t308_309 = both(t276) * t255_256;
+    t310_311 = both(t276) * t257_258;
+    t312 = t276 * t299;
+    t313_314 = both(t307) * t302_303;
+    t315_316 = both(t307) * t304_305;
+    t317 = t307 * t306;
+    t318_319 = t302_303 * t313_314;
+    t320_321 = R::Two::fused(t255_256, t308_309, t318_319);
+    t322_323 = R::Two::fused(t219_220, t277_278, t320_321);
+    t324_325 = R::Two::fused(t57_58, t229_230, t322_323);
+    t326_327 = t324_325 + two(R::constant(6.4655172413793105), R::constant(0.4597701149425286));
+    t328_329 = t304_305 * t313_314;
+    t330_331 = R::Two::fused(-t257_258, t308_309, t328_329);
+    t332_333 = R::Two::fused(-t221_222, t277_278, t330_331);
+    t334_335 = R::Two::fused(-t59_60, t229_230, t332_333);
+    t336_337 = t334_335 - two(R::constant(2.586206896551724), R::constant(0.689655172413793));
+    t338_339 = t304_305 * t315_316;
+    t340_341 = R::Two::fused(t257_258, t310_311, t338_339);
+    t342_343 = R::Two::fused(t221_222, t291_292, t340_341);
+    t344_345 = R::Two::fused(t59_60, t231_232, t342_343);
+    t346_347 = t344_345 + both(R::constant(1.0344827586206895));
+    t348 = t302_303.second() * t315_316.first();
+    t349 = t302_303.second() * t313_314.first();
+    t350 = R::fused(-t255_256.second(), t310_311.first(), t348);
+    t351 = R::fused(t255_256.second(), t308_309.first(), t349);
+    t352 = t304_305.second() * t313_314.first();
+    t353 = t304_305.second() * t315_316.first();
+    t354 = R::fused(-t257_258.second(), t308_309.first(), t352);
+    t355 = R::fused(t257_258.second(), t310_311.first(), t353);
+    t356_357 = both(t306) * t315_316;
+    t358_359 = R::Two::fused(both(t299), t310_311, t356_357);
+    t360_361 = both(t306) * t313_314;
+    t362 = t306 * t317;
+    t363_364 = R::Two::fused(-both(t299), t308_309, t360_361);
+    t365 = R::fused(t299, t312, t362);
+    t366 = R::fused(t295, t297, t365);
+    t367 = R::fused(t233, t234, t366);
+    t368 = R::constant(287.35632183908046) + t367;
+    t369 = R::fused(t295, t291_292.second(), t358_359.second());
+    t370 = R::fused(-t295, t277_278.second(), t363_364.second());
+    t371 = R::fused(t233, t231_232.second(), t369);
+    t372 = R::fused(-t233, t229_230.second(), t370);
+    t373 = R::constant(17.241379310344826) + t371;
+    t374 = R::constant(11.494252873563218) - t372;
+    t375 = R::constant(1.0) / t326_327.first();
+    t376 = t269_270.first() * t375;
+    t377 = t336_337.first() * t375;
+    t378 = t351 * t375;
+    t379 = R::fused(-t336_337.first(), t378, t350);
+    t380 = R::fused(-t351, t378, t326_327.second());
+    t381 = t354 * t375;
+    t382 = t363_364.first() * t375;
+    t383 = R::fused(-t363_364.first(), t382, t368);
+    t384 = R::fused(-t336_337.first(), t381, t355);
+    t385 = R::fused(-t354, t382, t373);
+    t386 = R::fused(-t354, t381, t346_347.second());
+    t387 = R::fused(-t336_337.first(), t377, t346_347.first());
+    t388 = R::fused(-t336_337.first(), t382, t358_359.first());
+    t389 = R::fused(-t351, t381, t336_337.second());
+    t390 = R::fused(t351, t382, t374);
+    t391 = R::fused(-t269_270.first(), t382, t40);
+    t392 = R::constant(1.0) / t387;
+    t393 = R::fused(-t269_270.first(), t377, t289_290.first());
+    t394 = R::fused(-t269_270.first(), t381, t289_290.second());
+    t395 = R::fused(-t269_270.first(), t378, t269_270.second());
+    t396 = t393 * t392;
+    t397 = t379 * t392;
+    t398 = R::fused(-t393, t397, t395);
     let (
         t399, t400, t401, t402, t403, t404, t405, t406, t407, t408, t409, t410, t411, t412, t413, t414, t415, t416,
         t417, t418, t419, t420, t421, t422, t423, t424, t425, t426, t427, t428, t429, t430, t431, t432, t433, t434,
@@ -777,118 +790,116 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
         t471, t472, t473, t474, t475, t476, t477, t478, t479, t480, t481, t482, t483, t484, t485, t486, t487, t488,
         t489, t490, t491, t492, t493, t494, t495, t496, t497, t498, t499, t500, t501, t502, t503, t504,
     );
-    t399 = R::fused(t345, t393, t398);
-    t400 = t399 * t351;
-    t401 = R::fused(t361, t400, t394);
-    t402 = t401 * t369;
-    t403 = v_base_pitch + v_left_hip_pitch; // left_upper_leg: motion
-    t404 = t403 + v_left_knee_pitch; // left_lower_leg: motion
-    t405 = t404 + v_left_ankle_pitch; // left_foot: motion
-    t406 = R::fused(-t251_252.first(), t390, t405);
-    t407 = R::fused(-t318, t393, t406);
-    t408 = R::fused(t348, t400, t407);
-    t409 = R::fused(-t365, t402, t408);
-    t410 = t190 * t378;
-    t411 = t378 * t410;
-    t412 = t187 * t377;
-    t413 = R::fused(t377, t412, t411);
-    t414 = t108_109.second() * t374;
-    t415 = R::fused(t374, t414, t413);
-    t416 = t62_63.second() * t371;
-    t417 = R::fused(t371, t416, t415);
-    t418 = R::constant(287.35632183908046) + t417;
-    t419 = R::fused(-t388_389.first(), t390, t418);
-    t420 = R::fused(-t392, t393, t419);
-    t421 = R::fused(-t399, t400, t420);
-    t422 = R::fused(-t401, t402, t421);
+    t399 = R::fused(-t379, t397, t380);
+    t400 = R::constant(1.0) / t399;
+    t401 = t384 * t392;
+    t402 = t388 * t392;
+    t403 = R::fused(-t388, t402, t383);
+    t404 = R::fused(-t379, t401, t389);
+    t405 = R::fused(t379, t402, t390);
+    t406 = R::fused(-t393, t401, t394);
+    t407 = R::fused(-t393, t402, t391);
+    t408 = R::fused(-t384, t401, t386);
+    t409 = R::fused(-t384, t402, t385);
+    t410 = t398 * t400;
+    t411 = t404 * t400;
+    t412 = t405 * t400;
+    t413 = R::fused(-t405, t412, t403);
+    t414 = R::fused(-t398, t411, t406);
+    t415 = R::fused(t398, t412, t407);
+    t416 = R::fused(-t404, t411, t408);
+    t417 = R::fused(t404, t412, t409);
+    t418 = R::constant(1.0) / t416;
+    t419 = t414 * t418;
+    t420 = t417 * t418;
+    t421 = R::fused(-t414, t420, t415);
+    t422 = R::fused(-t417, t420, t413);
     t423 = R::constant(1.0) / t422;
-    t424 = t409 * t423;
-    t425 = R::fused(-t402, t424, t370);
-    t426 = R::fused(-t362, t425, t352);
-    t427 = R::fused(t400, t424, t426);
-    t428 = R::fused(-t346, t427, t339);
-    t429 = R::fused(-t360, t425, t428);
-    t430 = R::fused(-t393, t424, t429);
-    t431 = R::fused(-t305, t430, t270);
-    t432 = R::fused(-t344, t427, t431);
-    t433 = R::fused(-t355, t425, t432);
-    t434 = R::fused(-t390, t424, t433);
-    t435 = t239_240.first() * t434;
-    t436 = R::fused(t319_320.first(), t430, t435);
-    t437 = R::fused(t239_240.second(), t427, t436);
-    t438 = R::fused(t319_320.second(), t425, t437);
-    t439 = R::fused(t410, t424, t438);
-    t440 = v_base_x - t439;
-    t441 = t255_256.first() * t434;
-    t442 = R::fused(-t323_324.first(), t430, t441);
-    t443 = R::fused(t255_256.second(), t427, t442);
-    t444 = R::fused(-t323_324.second(), t425, t443);
-    t445 = R::fused(-t412, t424, t444);
-    t446 = R::fused(-t188, t439, t445); // solved by the factors
-    t447 = v_base_z + t446;
-    t448 = t134 * t439; // solved by the factors
-    t449 = R::fused(-t178, t446, t448); // solved by the factors
-    t450 = v_base_pitch + t449;
-    t451 = t259_260.first() * t434;
-    t452 = R::fused(-t327_328.first(), t430, t451);
-    t453 = R::fused(t110_111.first(), t439, t452); // solved by the factors
-    t454 = R::fused(-t166_167.first(), t446, t453); // solved by the factors
-    t455 = t449 - t454; // solved by the factors
-    t456 = v_right_hip_pitch - t455;
-    t457 = t263_264.first() * t434;
-    t458 = R::fused(-t331_332.first(), t430, t457);
+    t424 = t421 * t423;
+    t425 = R::fused(-t420, t424, t419);
+    t426 = R::fused(-t411, t425, t410);
+    t427 = R::fused(t412, t424, t426);
+    t428 = R::fused(-t397, t427, t396);
+    t429 = R::fused(-t401, t425, t428);
+    t430 = R::fused(-t402, t424, t429);
+    t431 = R::fused(-t377, t430, t376);
+    t432 = R::fused(-t378, t427, t431);
+    t433 = R::fused(-t381, t425, t432);
+    t434 = R::fused(-t382, t424, t433);
+    t435 = -t424;
+    t436 = t277_278.second() * t427;
+    t437 = R::fused(-t291_292.second(), t425, t436);
+    t438 = R::fused(-t297, t424, t437);
+    t439 = t277_278.first() * t434;
+    t440 = R::fused(-t291_292.first(), t430, t439);
+    t441 = t229_230.second() * t427;
+    t442 = R::fused(-t231_232.second(), t425, t441);
+    t443 = R::fused(-t234, t424, t442);
+    t444 = t229_230.first() * t434;
+    t445 = R::fused(-t231_232.first(), t430, t444);
+    t446 = R::constant(11.494252873563218) * t427;
+    t447 = R::fused(R::constant(-17.241379310344826), t425, t446);
+    t448 = R::fused(R::constant(-287.35632183908046), t424, t447);
+    t449 = t211_212.second() * t427;
+    t450 = R::fused(-t213_214.second(), t425, -t449);
+    t451 = t213_214.second() * t427;
+    t452 = R::fused(-t211_212.second(), t425, t451);
+    t453 = t313_314.first() * t434;
+    t454 = R::fused(t315_316.first(), t430, t453);
+    t455 = R::fused(t313_314.second(), t427, t454);
+    t456 = R::fused(t315_316.second(), t425, t455);
+    t457 = R::fused(t317, t424, t456);
     // solved by the factors
-    t459 = R::fused(t64_65.first(), t439, t458);
-    t460 = R::fused(-t150_151.first(), t446, t459);
-    t461 = R::fused(-t90_91.first(), t449, t460);
-    t462 = R::fused(t90_91.first(), t455, t461);
-    t463 = v_right_knee_pitch + t462; // other
-    t464 = R::constant(43.10344827586207) * t434; // other
-    t465 = R::fused(R::constant(-17.241379310344826), t430, t464); // other
-    t466 = R::fused(-t28_29.first(), t439, t465);
-    t467 = R::fused(t140_141.first(), t446, t466);
-    t468 = R::fused(-t80_81.first(), t449, t467);
-    t469 = R::fused(t80_81.first(), t455, t468);
-    t470 = R::fused(-t52_53.first(), t462, t469);
+    t458 = t271 * t457;
+    t459 = R::fused(t177_178.first(), t457, t440);
+    t460 = R::fused(t177_178.second(), t457, t438);
+    t461 = R::fused(t148_149.first(), t457, t445);
+    t462 = R::fused(t148_149.second(), t457, t443);
+    t463 = R::fused(-t129_130.second(), t457, t448);
     // other
-    t471 = v_right_ankle_pitch + t470;
-    t472 = t259_260.second() * t427;
-    t473 = R::fused(-t327_328.second(), t425, t472);
-    t474 = R::fused(-t414, t424, t473);
-    t475 = R::fused(t110_111.second(), t439, t474); // solved by the factors
-    t476 = R::fused(-t166_167.second(), t446, t475); // solved by the factors
-    t477 = t449 - t476; // solved by the factors
-    t478 = v_left_hip_pitch - t477;
-    t479 = t263_264.second() * t427;
-    t480 = R::fused(-t331_332.second(), t425, t479);
-    t481 = R::fused(-t416, t424, t480);
+    t464 = t308_309.first() * t434;
+    t465 = R::fused(-t310_311.first(), t430, t464);
+    t466 = R::fused(t308_309.second(), t427, t465);
+    t467 = R::fused(-t310_311.second(), t425, t466);
+    t468 = R::fused(-t312, t424, t467);
     // solved by the factors
-    t482 = R::fused(t64_65.second(), t439, t481);
-    t483 = R::fused(-t150_151.second(), t446, t482);
-    t484 = R::fused(-t90_91.second(), t449, t483);
-    t485 = R::fused(t90_91.second(), t477, t484);
+    t469 = R::fused(-t300, t457, t468);
+    t470 = R::fused(-t272, t469, t458);
+    t471 = R::fused(-t223_224.first(), t469, t459);
+    t472 = R::fused(-t223_224.second(), t469, t460);
+    t473 = R::fused(-t183_184.first(), t469, t461);
+    t474 = R::fused(-t183_184.second(), t469, t462);
+    t475 = R::fused(t181_182.second(), t469, t463);
+    t476 = t470 - t471;
+    t477 = R::fused(-t123_124.first(), t470, t473);
+    t478 = t470 - t472;
+    t479 = R::fused(-t123_124.second(), t470, t474);
+    t480 = R::fused(-t81_82.second(), t470, t475);
+    t481 = R::fused(t123_124.first(), t476, t477);
+    t482 = R::fused(t123_124.second(), t478, t479);
+    t483 = R::fused(t81_82.second(), t478, t480);
+    t484 = v_left_hip_pitch - t478; // other
+    t485 = R::fused(-t41_42.second(), t482, t483);
     // other
-    t486 = v_left_knee_pitch + t485;
-    t487 = R::constant(11.494252873563218) * t427;
-    t488 = R::fused(R::constant(-17.241379310344826), t425, t487);
-    t489 = R::fused(R::constant(-287.35632183908046), t424, t488);
-    // solved by the factors
-    t490 = R::fused(-t28_29.second(), t439, t489);
-    t491 = R::fused(t140_141.second(), t446, t490);
-    t492 = R::fused(-t80_81.second(), t449, t491);
-    t493 = R::fused(t80_81.second(), t477, t492);
-    t494 = R::fused(-t52_53.second(), t485, t493);
-    // other
-    t495 = v_left_ankle_pitch + t494;
-    t496 = t209_210.first() * t434;
-    t497 = R::fused(-t229_230.first(), t430, -t496);
-    t498 = t229_230.first() * t434;
-    t499 = R::fused(-t209_210.first(), t430, t498);
-    t500 = t209_210.second() * t427;
-    t501 = R::fused(-t229_230.second(), t425, -t500);
-    t502 = t229_230.second() * t427;
-    t503 = R::fused(-t209_210.second(), t425, t502);
-    t504 = -t424;
-    *out = [[t440, t447, t450, t456, t463, t471, t478, t486, t495, t497, t499, t501, t503, t504]];
+    t486 = v_left_knee_pitch + t482;
+    t487 = v_left_ankle_pitch + t485;
+    t488 = R::constant(43.10344827586207) * t434;
+    t489 = R::fused(R::constant(-17.241379310344826), t430, t488);
+    t490 = R::fused(-t129_130.first(), t457, t489); // solved by the factors
+    t491 = R::fused(t181_182.first(), t469, t490); // solved by the factors
+    t492 = v_base_x - t457;
+    t493 = v_base_z + t469;
+    t494 = R::fused(-t81_82.first(), t470, t491); // solved by the factors
+    t495 = R::fused(t81_82.first(), t476, t494); // solved by the factors
+    t496 = R::fused(-t41_42.first(), t481, t495); // solved by the factors
+    t497 = v_base_pitch + t470;
+    t498 = v_right_hip_pitch - t476;
+    t499 = v_right_knee_pitch + t481;
+    t500 = v_right_ankle_pitch + t496;
+    t501 = t211_212.first() * t434;
+    t502 = t213_214.first() * t434;
+    t503 = R::fused(-t213_214.first(), t430, -t501);
+    t504 = R::fused(-t211_212.first(), t430, t502);
+    *out = [[t492, t493, t497, t498, t499, t500, t484, t486, t487, t503, t504, t450, t452, t435]];
 }
 }

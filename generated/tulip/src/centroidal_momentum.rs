@@ -81,409 +81,433 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
         q_left_ankle_roll,
     ]);
     let (
-        t0, t1, t2_3, t4_5, t6_7, t8_9, t10_11, t12_13, t14_15, t16_17, t18_19, t20_21, t22_23, t24_25, t26_27, t28_29,
-        t30_31, t32_33, t34_35, t36_37, t38_39, t40_41, t42_43, t44_45, t46_47, t48_49, t50_51, t52_53, t54_55, t56_57,
-        t58_59, t60_61, t62_63, t64_65, t66_67, t68_69, t70_71, t72_73, t74_75, t76_77, t78_79, t80_81, t82_83, t84_85,
-        t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105, t106_107, t108_109,
-        t110_111, t112_113, t114_115, t116_117, t118_119, t120_121, t122, t123, t124, t125, t126, t127, t128, t129,
-        t130, t131, t132, t133, t134, t135, t136, t137, t138, t139, t140, t141, t142, t143, t144, t145, t146, t147,
-        t148, t149_150, t151_152, t153_154, t155_156, t157_158, t159_160, t161_162, t163_164, t165_166, t167_168,
-        t169_170, t171_172, t173_174, t175_176, t177_178, t179_180, t181_182, t183_184, t185_186, t187_188, t189_190,
-        t191_192, t193_194, t195_196, t197_198, t199_200, t201_202, t203_204, t205_206, t207_208, t209_210, t211_212,
-        t213_214, t215_216, t217_218, t219_220, t221_222, t223_224, t225_226, t227_228, t229_230, t231_232, t233_234,
-        t235_236, t237_238, t239_240, t241_242, t243_244, t245_246, t247_248, t249_250, t251_252, t253_254, t255_256,
-        t257_258, t259_260, t261_262, t263_264, t265_266, t267_268, t269_270, t271_272, t273_274, t275_276, t277_278,
-        t279_280, t281_282, t283_284, t285_286, t287_288, t289_290, t291_292, t293_294, t295_296, t297_298, t299_300,
-        t301_302, t303_304, t305_306, t307_308, t309_310, t311_312, t313_314, t315_316, t317_318, t319_320, t321_322,
-        t323_324, t325_326, t327_328, t329_330, t331_332, t333_334, t335_336, t337_338, t339_340, t341_342, t343_344,
-        t345_346, t347_348, t349_350, t351_352, t353_354, t355_356, t357_358, t359_360, t361_362, t363_364, t365_366,
-        t367_368, t369_370, t371_372, t373_374, t375_376, t377_378, t379_380, t381_382, t383_384, t385_386, t387_388,
-        t389_390, t391_392, t393_394, t395_396, t397_398, t399_400, t401_402, t403_404, t405_406, t407_408, t409_410,
-        t411_412, t413, t414, t415, t416, t417, t418, t419, t420, t421, t422, t423, t424, t425, t426, t427, t428, t429,
-        t430, t431, t432, t433, t434, t435, t436, t437, t438, t439, t440, t441, t442, t443, t444, t445, t446, t447,
+        t0, t1, t2_3, t4_5, t6_7, t8_9, t10_11, t12, t13_14, t15_16, t17_18, t19_20, t21_22, t23_24, t25_26, t27,
+        t28_29, t30_31, t32_33, t34_35, t36_37, t38_39, t40_41, t42, t43_44, t45_46, t47_48, t49_50, t51, t52, t53,
+        t54_55, t56_57, t58_59, t60, t61, t62, t63_64, t65_66, t67_68, t69_70, t71_72, t73_74, t75_76, t77_78, t79_80,
+        t81_82, t83_84, t85, t86, t87, t88, t89, t90, t91_92, t93_94, t95_96, t97_98, t99_100, t101_102, t103_104,
+        t105_106, t107_108, t109_110, t111_112, t113_114, t115, t116, t117, t118, t119_120, t121_122, t123_124,
+        t125_126, t127_128, t129_130, t131_132, t133_134, t135_136, t137_138, t139_140, t141_142, t143_144, t145, t146,
+        t147, t148, t149, t150, t151, t152, t153_154, t155_156, t157_158, t159_160, t161_162, t163_164, t165_166,
+        t167_168, t169_170, t171_172, t173_174, t175_176, t177_178, t179_180, t181_182, t183_184, t185_186, t187_188,
+        t189_190, t191_192, t193_194, t195_196, t197_198, t199_200, t201_202, t203_204, t205_206, t207_208, t209_210,
+        t211_212, t213_214, t215_216, t217_218, t219_220, t221_222, t223_224, t225_226, t227_228, t229_230, t231_232,
+        t233_234, t235_236, t237_238, t239_240, t241_242, t243_244, t245_246, t247_248, t249_250, t251_252, t253_254,
+        t255_256, t257_258, t259_260, t261_262, t263_264, t265_266, t267_268, t269_270, t271_272, t273_274, t275_276,
+        t277_278, t279_280, t281_282, t283_284, t285_286, t287_288, t289_290, t291_292, t293_294, t295_296, t297_298,
+        t299_300, t301_302, t303_304, t305_306, t307_308, t309_310, t311_312, t313_314, t315_316, t317_318, t319_320,
+        t321_322, t323, t324, t325, t326_327, t328_329, t330_331, t332_333, t334_335, t336_337, t338_339, t340_341,
+        t342_343, t344_345, t346_347, t348_349, t350_351, t352_353, t354_355, t356_357, t358_359, t360_361, t362_363,
+        t364_365, t366_367, t368_369, t370_371, t372, t373, t374, t375, t376, t377, t378, t379, t380, t381_382,
+        t383_384, t385_386, t387_388, t389_390, t391_392, t393_394, t395_396, t397_398, t399_400, t401_402, t403_404,
+        t405_406, t407_408, t409_410, t411_412, t413_414, t415, t416, t417, t418, t419, t420, t421, t422, t423_424,
+        t425_426, t427_428, t429_430, t431_432, t433_434, t435_436, t437_438, t439_440, t441_442, t443_444, t445_446,
+        t447_448, t449, t450_451, t452_453, t454_455, t456_457, t458, t459,
     );
     t0 = v_base_angular_z * R::constant(0.0764); // right_hip_yaw_link: velocity
     t1 = v_base_angular_x * R::constant(0.0764); // right_hip_yaw_link: velocity
     // right_hip_yaw_link, left_hip_yaw_link: velocity
-    t2_3 = R::Two::fused(both(t0), two(R::constant(1.0), R::constant(-1.0)), both(v_base_linear_x));
-    t4_5 = R::Two::fused(both(t1), two(R::constant(-1.0), R::constant(1.0)), both(v_base_linear_z));
-    t6_7 = t2_3 * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
-    t8_9 = R::Two::fused(both(v_base_linear_y), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t6_7);
-    t10_11 = t2_3 * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
-    t12_13 = R::Two::fused(-both(v_base_linear_y), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t10_11);
-    t14_15 = both(v_base_angular_x) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
-    t16_17 = R::Two::fused(both(v_base_angular_y), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t14_15);
-    t18_19 = both(v_base_angular_x) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
-    t20_21 = R::Two::fused(-both(v_base_angular_y), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t18_19);
-    t22_23 = both(v_base_angular_z) + two(v_right_hip_yaw, v_left_hip_yaw);
+    t2_3 = both(v_base_angular_x) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
+    t4_5 = both(v_base_angular_x) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
+    t6_7 = both(v_base_angular_z) + two(v_right_hip_yaw, v_left_hip_yaw);
+    t8_9 = R::Two::fused(both(R::constant(0.0165)), two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), both(R::constant(0.023125)));
+    t10_11 = R::Two::fused(two(R::constant(-0.0165), R::constant(0.0165)), two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.01)));
+    t12 = R::constant(1.519971873066) * v_base_angular_x; // torso: momentum
+    t13_14 = R::Two::fused(both(t0), two(R::constant(1.0), R::constant(-1.0)), both(v_base_linear_x));
+    t15_16 = R::Two::fused(both(t1), two(R::constant(-1.0), R::constant(1.0)), both(v_base_linear_z));
+    t17_18 = R::Two::fused(-both(v_base_angular_y), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t2_3);
+    t19_20 = R::Two::fused(both(v_base_angular_y), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t4_5);
+    // right_ankle, left_ankle: sums of what it carries
+    t21_22 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t8_9;
+    t23_24 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t8_9;
+    t25_26 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t10_11; // right_hip_roll_link, left_hip_roll_link
+    t27 = R::constant(2.4915) * v_base_angular_y; // torso: momentum
+    // right_hip_yaw_link, left_hip_yaw_link: velocity
+    t28_29 = t13_14 * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
+    t30_31 = t13_14 * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
     // right_hip_roll_link, left_hip_roll_link: velocity
-    t24_25 = t12_13 * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
-    t26_27 = R::Two::fused(-t4_5, two(sin_q_right_hip_roll, sin_q_left_hip_roll), t24_25);
-    t28_29 = t12_13 * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
-    t30_31 = R::Two::fused(t4_5, two(cos_q_right_hip_roll, cos_q_left_hip_roll), t28_29);
-    t32_33 = t20_21 * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
-    t34_35 = R::Two::fused(-t22_23, two(sin_q_right_hip_roll, sin_q_left_hip_roll), t32_33);
-    t36_37 = t20_21 * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
-    t38_39 = R::Two::fused(t22_23, two(cos_q_right_hip_roll, cos_q_left_hip_roll), t36_37);
-    t40_41 = t16_17 + two(v_right_hip_roll, v_left_hip_roll);
+    t32_33 = t17_18 * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
+    t34_35 = t17_18 * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
+    t36_37 = t19_20 + two(v_right_hip_roll, v_left_hip_roll);
+    // right_ankle, left_ankle: sums of what it carries
+    t38_39 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t21_22);
+    t40_41 = R::Two::fused(both(R::constant(-0.0154)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t23_24);
+    t42 = R::constant(0.0102) * v_base_linear_z; // torso: momentum
+    // right_hip_yaw_link, left_hip_yaw_link: velocity
+    t43_44 = R::Two::fused(both(v_base_linear_y), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t30_31);
+    t45_46 = R::Two::fused(-both(v_base_linear_y), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t28_29);
+    // right_hip_roll_link, left_hip_roll_link: velocity
+    t47_48 = R::Two::fused(-t6_7, two(sin_q_right_hip_roll, sin_q_left_hip_roll), t32_33);
+    t49_50 = R::Two::fused(t6_7, two(cos_q_right_hip_roll, cos_q_left_hip_roll), t34_35);
+    t51 = R::fused(R::constant(-0.0102), v_base_angular_z, t27); // torso: momentum
+    t52 = R::fused(R::constant(0.00220808), v_base_angular_y, t12); // torso: momentum
+    t53 = R::fused(R::constant(-2.4915), v_base_linear_y, t42); // torso: momentum
+    // right_ankle, left_ankle: sums of what it carries
+    t54_55 = both(R::constant(0.008)) - t40_41;
+    t56_57 = both(R::constant(0.3111)) + t38_39;
+    t58_59 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t10_11; // right_hip_roll_link, left_hip_roll_link
+    t60 = R::fused(R::constant(19.0), v_base_linear_x, t51); // torso: momentum
+    t61 = R::fused(R::constant(0.0404594), v_base_angular_z, t52); // torso: momentum
+    t62 = t53 + t61; // torso: momentum
+    // right_hip_roll_link, left_hip_roll_link: velocity
+    t63_64 = t45_46 * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
+    t65_66 = R::Two::fused(t15_16, two(cos_q_right_hip_roll, cos_q_left_hip_roll), t63_64);
+    t67_68 = t45_46 * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
+    t69_70 = both(R::constant(0.008)) * t45_46; // right_hip_yaw_link, left_hip_yaw_link: momentum
+    t71_72 = R::Two::fused(-t15_16, two(sin_q_right_hip_roll, sin_q_left_hip_roll), t67_68);
+    t73_74 = R::Two::fused(both(R::constant(0.305963837533)), t6_7, t69_70); // right_hip_yaw_link, left_hip_yaw_link
     // right_upper_leg, left_upper_leg: velocity
-    t42_43 = t30_31 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    t44_45 = R::Two::fused(t8_9, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t42_43);
-    t46_47 = t30_31 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
-    t48_49 = R::Two::fused(-t8_9, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t46_47);
-    t50_51 = t38_39 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    t52_53 = R::Two::fused(t40_41, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t50_51);
-    t54_55 = t38_39 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
-    t56_57 = R::Two::fused(-t40_41, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t54_55);
-    t58_59 = t34_35 - two(v_right_hip_pitch, v_left_hip_pitch);
-    // right_lower_leg, left_lower_leg: velocity
-    t60_61 = R::Two::fused(t58_59, both(R::constant(-0.315)), t48_49);
-    t62_63 = R::Two::fused(t56_57, both(R::constant(0.315)), t26_27);
-    t64_65 = t44_45 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
-    t66_67 = R::Two::fused(-t60_61, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t64_65);
-    t68_69 = t44_45 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
-    t70_71 = R::Two::fused(t60_61, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t68_69);
-    t72_73 = t52_53 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
-    t74_75 = R::Two::fused(-t56_57, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t72_73);
-    t76_77 = t52_53 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
-    t78_79 = R::Two::fused(t56_57, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t76_77);
-    t80_81 = t58_59 - two(v_right_knee_pitch, v_left_knee_pitch);
-    // right_ankle, left_ankle: velocity
-    t82_83 = R::Two::fused(t80_81, both(R::constant(-0.273)), t70_71);
-    t84_85 = R::Two::fused(t78_79, both(R::constant(0.273)), t62_63);
-    t86_87 = t66_67 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    t88_89 = R::Two::fused(-t82_83, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t86_87);
-    t90_91 = t66_67 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t92_93 = R::Two::fused(t82_83, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t90_91);
-    t94_95 = t74_75 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    t96_97 = R::Two::fused(-t78_79, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t94_95);
-    t98_99 = t74_75 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t100_101 = R::Two::fused(t78_79, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t98_99);
-    t102_103 = t80_81 - two(v_right_ankle_pitch, v_left_ankle_pitch);
-    // right_foot, left_foot: velocity
-    t104_105 = R::Two::fused(t102_103, both(R::constant(-0.037)), t92_93);
-    t106_107 = R::Two::fused(t100_101, both(R::constant(0.037)), t84_85);
-    t108_109 = t106_107 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    t110_111 = R::Two::fused(-t88_89, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t108_109);
-    t112_113 = t102_103 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    t114_115 = R::Two::fused(-t96_97, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t112_113);
-    t116_117 = t102_103 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t118_119 = R::Two::fused(t96_97, two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t116_117);
-    t120_121 = t100_101 - two(v_right_ankle_roll, v_left_ankle_roll);
+    t75_76 = t49_50 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t77_78 = R::Two::fused(t36_37, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t75_76);
+    t79_80 = t49_50 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    t81_82 = R::Two::fused(-t36_37, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t79_80);
+    t83_84 = t47_48 - two(v_right_hip_pitch, v_left_hip_pitch);
     // torso: momentum
-    t122 = R::constant(2.4915) * v_base_angular_y;
-    t123 = R::fused(R::constant(-0.0102), v_base_angular_z, t122);
-    t124 = R::constant(0.20808) * v_base_angular_z;
-    t125 = R::fused(R::constant(2.4915), v_base_angular_x, t124);
-    t126 = R::constant(0.0102) * v_base_angular_x;
-    t127 = R::fused(R::constant(0.20808), v_base_angular_y, t126);
-    t128 = R::fused(R::constant(19.0), v_base_linear_x, t123);
-    t129 = R::fused(R::constant(19.0), v_base_linear_y, -t125);
-    t130 = R::fused(R::constant(19.0), v_base_linear_z, t127);
-    t131 = R::constant(0.0102) * v_base_linear_z;
-    t132 = R::fused(R::constant(-2.4915), v_base_linear_y, t131);
-    t133 = R::constant(2.4915) * v_base_linear_x;
-    t134 = R::fused(R::constant(0.20808), v_base_linear_z, t133);
-    t135 = R::constant(0.20808) * v_base_linear_y;
-    t136 = R::fused(R::constant(0.0102), v_base_linear_x, t135);
-    t137 = R::constant(1.519971873066) * v_base_angular_x;
-    t138 = R::fused(R::constant(0.00220808), v_base_angular_y, t137);
-    t139 = R::fused(R::constant(0.0404594), v_base_angular_z, t138);
-    t140 = R::constant(0.00220808) * v_base_angular_x;
-    t141 = R::fused(R::constant(1.423881257066), v_base_angular_y, t140);
-    t142 = R::fused(R::constant(-0.0014735), v_base_angular_z, t141);
-    t143 = R::constant(0.0404594) * v_base_angular_x;
-    t144 = R::fused(R::constant(-0.0014735), v_base_angular_y, t143);
-    t145 = R::fused(R::constant(0.15966028), v_base_angular_z, t144);
-    t146 = t132 + t139;
-    t147 = t134 + t142;
-    t148 = t136 - t145;
-    // right_hip_yaw_link, left_hip_yaw_link: momentum
-    t149_150 = both(R::constant(0.008)) * t12_13;
-    t151_152 = R::Two::fused(both(R::constant(0.305963837533)), t22_23, t149_150);
-    // right_hip_roll_link, left_hip_roll_link: momentum
-    t153_154 = both(R::constant(0.01)) * t30_31;
-    t155_156 = R::Two::fused(two(R::constant(-0.305437170867), R::constant(0.305437170867)), t40_41, t153_154);
+    t85 = R::constant(0.20808) * v_base_angular_z;
+    t86 = R::fused(R::constant(2.4915), v_base_angular_x, t85);
+    t87 = R::fused(R::constant(19.0), v_base_linear_y, -t86);
+    t88 = R::constant(0.0102) * v_base_angular_x;
+    t89 = R::fused(R::constant(0.20808), v_base_angular_y, t88);
+    t90 = R::fused(R::constant(19.0), v_base_linear_z, t89);
+    // right_upper_leg, left_upper_leg: velocity
+    t91_92 = t65_66 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t93_94 = R::Two::fused(t43_44, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t91_92);
+    t95_96 = t65_66 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    t97_98 = both(R::constant(0.01)) * t65_66; // right_hip_roll_link, left_hip_roll_link: momentum
+    t99_100 = R::Two::fused(-t43_44, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t95_96);
+    t101_102 = R::Two::fused(two(R::constant(-0.305437170867), R::constant(0.305437170867)), t36_37, t97_98);
+    // right_lower_leg, left_lower_leg: velocity
+    t103_104 = R::Two::fused(t81_82, both(R::constant(0.315)), t71_72);
+    t105_106 = t77_78 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
+    t107_108 = R::Two::fused(-t81_82, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t105_106);
+    t109_110 = t77_78 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
+    t111_112 = R::Two::fused(t81_82, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t109_110);
+    t113_114 = t83_84 - two(v_right_knee_pitch, v_left_knee_pitch);
+    // torso: momentum
+    t115 = R::constant(2.4915) * v_base_linear_x;
+    t116 = R::fused(R::constant(0.20808), v_base_linear_z, t115);
+    t117 = R::constant(0.20808) * v_base_linear_y;
+    t118 = R::fused(R::constant(0.0102), v_base_linear_x, t117);
+    // right_lower_leg, left_lower_leg: velocity
+    t119_120 = t93_94 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
+    t121_122 = t93_94 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
+    t123_124 = R::Two::fused(t83_84, both(R::constant(-0.315)), t99_100);
     // right_upper_leg, left_upper_leg: momentum
-    t157_158 = both(R::constant(0.012)) * t52_53;
-    t159_160 = R::Two::fused(both(R::constant(-0.8355)), t56_57, t157_158);
-    t161_162 = both(R::constant(0.8355)) * t48_49;
-    t163_164 = R::Two::fused(both(R::constant(-0.012)), t44_45, t161_162);
-    t165_166 = both(R::constant(0.000048)) * t58_59;
-    t167_168 = R::Two::fused(two(R::constant(-0.002), R::constant(0.002)), t52_53, t165_166);
-    t169_170 = both(R::constant(0.000048)) * t56_57;
-    t171_172 = R::Two::fused(two(R::constant(0.231642), R::constant(-0.231642)), t58_59, t169_170);
-    t173_174 = R::Two::fused(both(R::constant(0.00193)), t52_53, t171_172);
-    t175_176 = both(R::constant(0.002)) * t56_57;
-    t177_178 = R::Two::fused(two(R::constant(-0.00193), R::constant(0.00193)), t58_59, t175_176);
-    t179_180 = R::Two::fused(both(R::constant(0.22879800003)), t52_53, t177_178);
-    t181_182 = R::Two::fused(both(R::constant(0.8355)), t26_27, t167_168 * two(R::constant(1.0), R::constant(-1.0)));
-    t183_184 = R::Two::fused(t173_174, two(R::constant(-1.0), R::constant(1.0)), t163_164);
-    t185_186 = R::Two::fused(both(R::constant(0.012)), t26_27, t179_180);
+    t125_126 = both(R::constant(0.8355)) * t99_100;
+    t127_128 = R::Two::fused(both(R::constant(-0.012)), t93_94, t125_126);
+    // right_lower_leg, left_lower_leg: velocity
+    t129_130 = R::Two::fused(-t123_124, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t119_120);
+    t131_132 = R::Two::fused(t123_124, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t121_122);
+    // right_ankle, left_ankle: velocity
+    t133_134 = t107_108 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t135_136 = R::Two::fused(-t111_112, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t133_134);
+    t137_138 = R::Two::fused(t111_112, both(R::constant(0.273)), t103_104);
+    t139_140 = t107_108 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t141_142 = R::Two::fused(t111_112, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t139_140);
+    t143_144 = t113_114 - two(v_right_ankle_pitch, v_left_ankle_pitch);
+    // torso: momentum
+    t145 = R::constant(0.00220808) * v_base_angular_x;
+    t146 = R::fused(R::constant(1.423881257066), v_base_angular_y, t145);
+    t147 = R::fused(R::constant(-0.0014735), v_base_angular_z, t146);
+    t148 = t116 + t147;
+    t149 = R::constant(0.0404594) * v_base_angular_x;
+    t150 = R::fused(R::constant(-0.0014735), v_base_angular_y, t149);
+    t151 = R::fused(R::constant(0.15966028), v_base_angular_z, t150);
+    t152 = t118 - t151;
+    t153_154 = R::Two::fused(t113_114, both(R::constant(-0.273)), t131_132); // right_ankle, left_ankle: velocity
     // right_lower_leg, left_lower_leg: momentum
-    t187_188 = both(R::constant(0.008)) * t74_75;
-    t189_190 = R::Two::fused(both(R::constant(-0.3111)), t78_79, t187_188);
-    t191_192 = both(R::constant(0.3111)) * t70_71;
-    t193_194 = R::Two::fused(both(R::constant(-0.008)), t66_67, t191_192);
-    t195_196 = both(R::constant(0.000016)) * t80_81;
-    t197_198 = R::Two::fused(two(R::constant(-0.00086), R::constant(0.00086)), t74_75, t195_196);
-    t199_200 = both(R::constant(0.000016)) * t78_79;
-    t201_202 = R::Two::fused(two(R::constant(0.07325338333), R::constant(-0.07325338333)), t80_81, t199_200);
-    t203_204 = R::Two::fused(both(R::constant(0.00024)), t74_75, t201_202);
-    t205_206 = both(R::constant(0.00086)) * t78_79;
-    t207_208 = R::Two::fused(two(R::constant(-0.00024), R::constant(0.00024)), t80_81, t205_206);
-    t209_210 = R::Two::fused(both(R::constant(0.072308716667)), t74_75, t207_208);
-    t211_212 = R::Two::fused(both(R::constant(0.3111)), t62_63, t197_198 * two(R::constant(1.0), R::constant(-1.0)));
-    t213_214 = R::Two::fused(t203_204, two(R::constant(-1.0), R::constant(1.0)), t193_194);
-    t215_216 = R::Two::fused(both(R::constant(0.008)), t62_63, t209_210);
+    t155_156 = both(R::constant(0.3111)) * t131_132;
+    t157_158 = R::Two::fused(both(R::constant(-0.008)), t129_130, t155_156);
+    // right_ankle, left_ankle: velocity
+    t159_160 = t129_130 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t161_162 = t129_130 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t163_164 = R::Two::fused(-t153_154, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t159_160);
+    t165_166 = R::Two::fused(t153_154, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t161_162);
+    // right_foot, left_foot: velocity
+    t167_168 = R::Two::fused(t141_142, both(R::constant(0.037)), t137_138);
+    t169_170 = t167_168 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t171_172 = R::Two::fused(-t163_164, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t169_170);
+    t173_174 = t143_144 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t175_176 = R::Two::fused(-t135_136, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t173_174);
+    t177_178 = t143_144 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t179_180 = R::Two::fused(t135_136, two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t177_178);
+    t181_182 = t141_142 - two(v_right_ankle_roll, v_left_ankle_roll);
+    // right_upper_leg, left_upper_leg: momentum
+    t183_184 = both(R::constant(0.012)) * t77_78;
+    t185_186 = R::Two::fused(both(R::constant(-0.8355)), t81_82, t183_184);
+    t187_188 = both(R::constant(0.000048)) * t83_84;
+    t189_190 = R::Two::fused(two(R::constant(-0.002), R::constant(0.002)), t77_78, t187_188);
+    t191_192 = R::Two::fused(both(R::constant(0.8355)), t71_72, t189_190 * two(R::constant(1.0), R::constant(-1.0)));
+    t193_194 = R::Two::fused(t143_144, both(R::constant(-0.037)), t165_166); // right_foot, left_foot: velocity
     // right_ankle, left_ankle: momentum
-    t217_218 = both(R::constant(0.023125)) * t102_103;
-    t219_220 = both(R::constant(0.0154)) * t96_97;
-    t221_222 = R::Two::fused(both(R::constant(-0.023125)), t100_101, t219_220);
-    t223_224 = both(R::constant(0.0154)) * t102_103;
-    t225_226 = both(R::constant(0.023125)) * t84_85;
-    t227_228 = both(R::constant(0.023125)) * t92_93;
-    t229_230 = R::Two::fused(both(R::constant(-0.0154)), t88_89, t227_228);
-    t231_232 = both(R::constant(0.0005698)) * t100_101;
-    t233_234 = R::Two::fused(both(R::constant(-0.0029269125)), t96_97, t231_232);
-    t235_236 = R::Two::fused(both(R::constant(-0.0005698)), t96_97, t225_226);
-    t237_238 = R::Two::fused(both(R::constant(-0.0045979875)), t102_103, t229_230);
-    t239_240 = R::Two::fused(both(R::constant(0.0154)), t84_85, t233_234);
+    t195_196 = both(R::constant(0.023125)) * t165_166;
+    t197_198 = R::Two::fused(both(R::constant(-0.0154)), t163_164, t195_196);
     // right_foot, left_foot: momentum
-    t241_242 = both(R::constant(0.0165)) * t120_121;
-    t243_244 = both(R::constant(0.0165)) * t104_105;
-    t245_246 = both(R::constant(0.001228333333)) * t120_121;
-    t247_248 = R::Two::fused(both(R::constant(-0.000612)), t118_119, t245_246);
-    t249_250 = both(R::constant(0.000612)) * t120_121;
-    t251_252 = R::Two::fused(both(R::constant(0.0165)), t110_111, t247_248);
-    t253_254 = R::Two::fused(both(R::constant(0.00009166667)), t114_115, t243_244);
+    t199_200 = both(R::constant(0.0165)) * t193_194;
+    t201_202 = R::Two::fused(both(R::constant(0.00009166667)), t175_176, t199_200);
+    t203_204 = R::Two::fused(both(R::constant(-0.0045979875)), t143_144, t197_198); // right_ankle, left_ankle: momentum
+    // right_upper_leg, left_upper_leg: momentum
+    t205_206 = both(R::constant(0.000048)) * t81_82;
+    t207_208 = both(R::constant(0.002)) * t81_82;
+    t209_210 = R::Two::fused(two(R::constant(0.231642), R::constant(-0.231642)), t83_84, t205_206);
+    t211_212 = R::Two::fused(two(R::constant(-0.00193), R::constant(0.00193)), t83_84, t207_208);
+    t213_214 = R::Two::fused(both(R::constant(0.00193)), t77_78, t209_210);
+    t215_216 = R::Two::fused(both(R::constant(0.22879800003)), t77_78, t211_212);
+    t217_218 = R::Two::fused(t213_214, two(R::constant(-1.0), R::constant(1.0)), t127_128);
+    t219_220 = R::Two::fused(both(R::constant(0.012)), t71_72, t215_216);
+    // right_lower_leg, left_lower_leg: momentum
+    t221_222 = both(R::constant(0.008)) * t107_108;
+    t223_224 = R::Two::fused(both(R::constant(-0.3111)), t111_112, t221_222);
+    t225_226 = both(R::constant(0.000016)) * t113_114;
+    t227_228 = R::Two::fused(two(R::constant(-0.00086), R::constant(0.00086)), t107_108, t225_226);
+    t229_230 = R::Two::fused(both(R::constant(0.3111)), t103_104, t227_228 * two(R::constant(1.0), R::constant(-1.0)));
+    t231_232 = both(R::constant(0.000016)) * t111_112;
+    t233_234 = both(R::constant(0.00086)) * t111_112;
+    t235_236 = R::Two::fused(two(R::constant(0.07325338333), R::constant(-0.07325338333)), t113_114, t231_232);
+    t237_238 = R::Two::fused(two(R::constant(-0.00024), R::constant(0.00024)), t113_114, t233_234);
+    t239_240 = R::Two::fused(both(R::constant(0.00024)), t107_108, t235_236);
+    t241_242 = R::Two::fused(both(R::constant(0.072308716667)), t107_108, t237_238);
+    t243_244 = R::Two::fused(t239_240, two(R::constant(-1.0), R::constant(1.0)), t157_158);
+    t245_246 = R::Two::fused(both(R::constant(0.008)), t103_104, t241_242);
+    // right_ankle, left_ankle: momentum
+    t247_248 = both(R::constant(0.023125)) * t143_144;
+    t249_250 = both(R::constant(0.0154)) * t143_144;
+    t251_252 = R::Two::fused(both(R::constant(0.0165)), t175_176, t247_248); // right_foot, left_foot
+    t253_254 = both(R::constant(0.0154)) * t135_136;
+    t255_256 = R::Two::fused(both(R::constant(-0.023125)), t141_142, t253_254);
+    t257_258 = both(R::constant(0.0005698)) * t141_142;
+    t259_260 = R::Two::fused(both(R::constant(-0.0029269125)), t135_136, t257_258);
+    t261_262 = R::Two::fused(both(R::constant(0.0154)), t137_138, t259_260);
+    t263_264 = both(R::constant(0.023125)) * t137_138;
+    t265_266 = R::Two::fused(both(R::constant(-0.0005698)), t135_136, t263_264);
+    t267_268 = both(R::constant(0.0165)) * t181_182; // right_foot, left_foot: momentum
     // right_foot, left_foot: sums of what it carries
-    t255_256 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t241_242;
-    t257_258 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t253_254;
-    t259_260 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t249_250, t257_258);
-    t261_262 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t253_254;
-    t263_264 = R::Two::fused(-two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t249_250, t261_262);
-    t265_266 = R::Two::fused(both(R::constant(0.0165)), t114_115, t217_218);
-    t267_268 = t221_222 - t255_256;
-    t269_270 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t241_242, t223_224);
-    t271_272 = t235_236 + t251_252;
-    t273_274 = t237_238 + t259_260;
-    t275_276 = t239_240 - t263_264;
-    t277_278 = R::Two::fused(both(R::constant(0.037)), t255_256, t271_272);
-    t279_280 = R::Two::fused(t114_115, both(R::constant(-0.0006105)), t273_274);
+    t269_270 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t267_268, t249_250);
+    t271_272 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t267_268;
+    t273_274 = t255_256 - t271_272;
+    t275_276 = t223_224 + t273_274; // right_ankle, left_ankle: sums of what it carries
+    t277_278 = t185_186 + t275_276; // right_lower_leg, left_lower_leg: sums of what it carries
+    // right_foot, left_foot: momentum
+    t279_280 = both(R::constant(0.001228333333)) * t181_182;
+    t281_282 = R::Two::fused(both(R::constant(-0.000612)), t179_180, t279_280);
+    t283_284 = R::Two::fused(both(R::constant(0.0165)), t171_172, t281_282);
+    // right_foot, left_foot: sums of what it carries
+    t285_286 = t265_266 + t283_284;
+    t287_288 = R::Two::fused(both(R::constant(0.037)), t271_272, t285_286);
+    t289_290 = both(R::constant(0.000612)) * t181_182; // right_foot, left_foot: momentum
+    t291_292 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t201_202;
+    t293_294 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t201_202;
+    t295_296 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t289_290, t291_292);
+    t297_298 = R::Two::fused(-two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t289_290, t293_294);
+    t299_300 = t203_204 + t295_296;
+    t301_302 = t261_262 - t297_298;
+    t303_304 = R::Two::fused(t175_176, both(R::constant(-0.0006105)), t299_300);
     // right_ankle, left_ankle: sums of what it carries
-    t281_282 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t269_270;
-    t283_284 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t265_266, t281_282);
-    t285_286 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t269_270;
-    t287_288 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t265_266, t285_286);
-    t289_290 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t275_276;
-    t291_292 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t277_278, t289_290);
-    t293_294 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t275_276;
-    t295_296 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t277_278, t293_294);
-    t297_298 = R::Two::fused(both(R::constant(0.3111)), t80_81, t287_288);
-    t299_300 = t189_190 + t267_268;
-    t301_302 = R::Two::fused(both(R::constant(0.008)), t80_81, t283_284);
-    t303_304 = t211_212 + t295_296;
-    t305_306 = t213_214 + t279_280;
-    t307_308 = t215_216 + t291_292;
-    t309_310 = R::Two::fused(both(R::constant(-0.273)), t267_268, t303_304);
-    t311_312 = R::Two::fused(both(R::constant(-0.273)), t287_288, t305_306);
+    t305_306 = t243_244 + t303_304;
+    t307_308 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t269_270;
+    t309_310 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t269_270;
+    t311_312 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t251_252, t307_308);
+    t313_314 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t251_252, t309_310);
+    t315_316 = R::Two::fused(both(R::constant(0.008)), t113_114, t311_312);
+    t317_318 = R::Two::fused(both(R::constant(0.3111)), t113_114, t313_314);
+    t319_320 = R::Two::fused(both(R::constant(-0.273)), t313_314, t305_306);
+    t321_322 = t217_218 + t319_320; // right_lower_leg, left_lower_leg: sums of what it carries
+    t323 = q_base_qx * R::constant(2.0); // torso: sums of what it carries
+    t324 = q_base_qy * R::constant(2.0); // torso: sums of what it carries
+    t325 = q_base_qz * R::constant(2.0); // torso: sums of what it carries
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t313_314 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t301_302;
-    t315_316 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t297_298, t313_314);
-    t317_318 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t301_302;
-    t319_320 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t297_298, t317_318);
-    t321_322 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t307_308;
-    t323_324 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t309_310, t321_322);
-    t325_326 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t307_308;
-    t327_328 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t309_310, t325_326);
-    t329_330 = R::Two::fused(both(R::constant(0.8355)), t58_59, t319_320);
-    t331_332 = t159_160 + t299_300;
-    t333_334 = R::Two::fused(both(R::constant(0.012)), t58_59, t315_316);
-    t335_336 = t181_182 + t327_328;
-    t337_338 = t183_184 + t311_312;
-    t339_340 = t185_186 + t323_324;
-    t341_342 = R::Two::fused(both(R::constant(-0.315)), t299_300, t335_336);
-    t343_344 = R::Two::fused(both(R::constant(-0.315)), t319_320, t337_338);
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t345_346 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t333_334;
-    t347_348 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t329_330, t345_346);
-    t349_350 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t333_334;
-    t351_352 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t329_330, t349_350);
-    t353_354 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t339_340;
-    t355_356 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t341_342, t353_354);
-    t357_358 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t339_340;
-    t359_360 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t341_342, t357_358);
-    t361_362 = R::Two::fused(both(R::constant(0.01)), t38_39, t351_352 * two(R::constant(1.0), R::constant(-1.0)));
-    t363_364 = R::Two::fused(both(R::constant(0.01)), t40_41, t347_348 * two(R::constant(-1.0), R::constant(1.0)));
-    t365_366 = R::Two::fused(t359_360, two(R::constant(1.0), R::constant(-1.0)), t155_156);
-    t367_368 = R::Two::fused(both(R::constant(0.3052705042)), t34_35, t343_344);
-    t369_370 = R::Two::fused(both(R::constant(0.01)), t8_9, t355_356 * two(R::constant(-1.0), R::constant(1.0)));
+    t326_327 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t56_57;
+    t328_329 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t56_57;
+    t330_331 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t54_55, t326_327);
+    t332_333 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t54_55, t328_329);
+    t334_335 = both(R::constant(0.8355)) + t330_331;
+    t336_337 = both(R::constant(0.012)) - t332_333;
+    // right_ankle, left_ankle: sums of what it carries
+    t338_339 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t301_302;
+    t340_341 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t301_302;
+    t342_343 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t287_288, t338_339);
+    t344_345 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t287_288, t340_341);
+    t346_347 = t229_230 + t344_345;
+    t348_349 = t245_246 + t342_343;
+    t350_351 = R::Two::fused(both(R::constant(-0.273)), t273_274, t346_347);
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t352_353 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t315_316;
+    t354_355 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t315_316;
+    t356_357 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t317_318, t352_353);
+    t358_359 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t317_318, t354_355);
+    t360_361 = R::Two::fused(both(R::constant(0.012)), t83_84, t356_357);
+    t362_363 = R::Two::fused(both(R::constant(0.8355)), t83_84, t358_359);
+    t364_365 = R::Two::fused(both(R::constant(-0.315)), t358_359, t321_322);
+    t366_367 = R::Two::fused(both(R::constant(0.3052705042)), t47_48, t364_365); // right_upper_leg, left_upper_leg
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t371_372 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t331_332;
-    t373_374 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t363_364, t371_372);
-    t375_376 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t331_332;
-    t377_378 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t363_364, t375_376);
-    t379_380 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t367_368;
-    t381_382 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t369_370, t379_380);
-    t383_384 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t367_368;
-    t385_386 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t369_370, t383_384);
-    t387_388 = R::Two::fused(both(R::constant(0.008)), t22_23, -t373_374);
-    t389_390 = R::Two::fused(both(R::constant(0.008)), t20_21, -t377_378);
-    t391_392 = R::Two::fused(both(R::constant(0.305783837533)), t16_17, t365_366 * two(R::constant(1.0), R::constant(-1.0)));
-    t393_394 = R::Two::fused(both(R::constant(0.008)), t4_5, t381_382);
-    t395_396 = t151_152 + t385_386;
-    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t397_398 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t361_362;
-    t399_400 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t387_388, t397_398);
-    t401_402 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t361_362;
-    t403_404 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(-1.0), R::constant(1.0)), t387_388, t401_402);
-    t405_406 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t391_392;
-    t407_408 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t393_394, t405_406);
-    t409_410 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t391_392;
-    t411_412 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t393_394, t409_410);
-    // left_hip_yaw_link: sums of what it carries
-    t413 = t128 - t399_400.second();
-    t414 = t129 - t403_404.second();
-    t415 = t130 - t389_390.second();
-    t416 = t146 - t407_408.second();
-    t417 = t147 - t411_412.second();
-    t418 = t148 - t395_396.second();
-    t419 = R::fused(R::constant(-0.0764), t389_390.second(), t416);
-    t420 = R::fused(R::constant(-0.0764), t399_400.second(), t418);
-    // right_hip_yaw_link: sums of what it carries
-    t421 = t413 + t399_400.first();
-    t422 = t414 + t403_404.first();
-    t423 = t389_390.first() - t415;
-    t424 = t419 - t407_408.first();
-    t425 = t417 - t411_412.first();
-    t426 = t395_396.first() - t420;
-    t427 = R::fused(R::constant(0.0764), t389_390.first(), t424);
-    t428 = R::fused(R::constant(0.0764), t399_400.first(), t426);
+    t368_369 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t277_278;
+    t370_371 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t277_278;
     // torso: sums of what it carries
-    t429 = q_base_qx * R::constant(2.0);
-    t430 = q_base_qy * R::constant(2.0);
-    t431 = q_base_qz * R::constant(2.0);
-    t432 = q_base_qx * t429;
-    t433 = q_base_qy * t430;
-    t434 = q_base_qz * t431;
-    t435 = q_base_qx * t430;
-    t436 = q_base_qx * t431;
-    t437 = q_base_qy * t431;
-    t438 = q_base_qw * t429;
-    t439 = q_base_qw * t430;
-    t440 = q_base_qw * t431;
-    t441 = t433 + t434;
-    t442 = R::constant(1.0) - t441;
-    t443 = t435 - t440;
-    t444 = t436 + t439;
-    t445 = t435 + t440;
-    t446 = t432 + t434;
-    t447 = R::constant(1.0) - t446;
+    t372 = q_base_qx * t323;
+    t373 = q_base_qw * t323;
+    t374 = q_base_qy * t324;
+    t375 = q_base_qz * t325;
+    t376 = q_base_qx * t324;
+    t377 = q_base_qw * t324;
+    t378 = q_base_qx * t325;
+    t379 = q_base_qy * t325;
+    t380 = q_base_qw * t325;
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t381_382 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t348_349;
+    t383_384 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t348_349;
+    t385_386 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t350_351, t381_382);
+    t387_388 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t350_351, t383_384);
+    t389_390 = t219_220 + t385_386;
+    t391_392 = t191_192 + t387_388;
+    t393_394 = R::Two::fused(both(R::constant(-0.315)), t275_276, t391_392);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t395_396 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t360_361;
+    t397_398 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t360_361;
+    t399_400 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t362_363, t395_396);
+    t401_402 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t362_363, t397_398);
+    t403_404 = R::Two::fused(both(R::constant(0.01)), t49_50, t401_402 * two(R::constant(1.0), R::constant(-1.0)));
+    t405_406 = R::Two::fused(both(R::constant(0.01)), t36_37, t399_400 * two(R::constant(-1.0), R::constant(1.0)));
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t407_408 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t405_406, t368_369);
+    t409_410 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t405_406, t370_371);
+    t411_412 = R::Two::fused(both(R::constant(0.008)), t6_7, -t407_408);
+    t413_414 = R::Two::fused(both(R::constant(0.008)), t17_18, -t409_410);
+    t415 = t90 - t413_414.second(); // left_hip_yaw_link: sums of what it carries
+    t416 = t413_414.first() - t415; // right_hip_yaw_link: sums of what it carries
+    // torso: sums of what it carries
+    t417 = t374 + t375;
+    t418 = t372 + t375;
+    t419 = t372 + t374;
+    t420 = R::constant(1.0) - t417;
+    t421 = R::constant(1.0) - t418;
+    t422 = R::constant(1.0) - t419;
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t423_424 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t389_390;
+    t425_426 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t389_390;
+    t427_428 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t393_394, t423_424);
+    t429_430 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t393_394, t425_426);
+    t431_432 = R::Two::fused(t429_430, two(R::constant(1.0), R::constant(-1.0)), t101_102);
+    t433_434 = R::Two::fused(both(R::constant(0.01)), t43_44, t427_428 * two(R::constant(-1.0), R::constant(1.0)));
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t435_436 = R::Two::fused(both(R::constant(0.305783837533)), t19_20, t431_432 * two(R::constant(1.0), R::constant(-1.0)));
+    t437_438 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t366_367;
+    t439_440 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t366_367;
+    t441_442 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t433_434, t437_438);
+    t443_444 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t433_434, t439_440);
+    t445_446 = R::Two::fused(both(R::constant(0.008)), t15_16, t441_442);
+    t447_448 = t73_74 + t443_444;
+    t449 = t152 - t447_448.second(); // left_hip_yaw_link: sums of what it carries
+    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
+    t450_451 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t403_404;
+    t452_453 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t403_404;
+    t454_455 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t411_412, t450_451);
+    t456_457 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(-1.0), R::constant(1.0)), t411_412, t452_453);
+    t458 = t60 - t454_455.second(); // left_hip_yaw_link: sums of what it carries
+    t459 = t87 - t456_457.second(); // left_hip_yaw_link: sums of what it carries
     let (
-        t448, t449, t450, t451, t452, t453, t454, t455, t456, t457, t458, t459, t460, t461, t462, t463, t464, t465,
-        t466, t467, t468, t469, t470, t471, t472, t473, t474, t475, t476, t477, t478, t479, t480_481, t482_483,
-        t484_485, t486_487, t488_489, t490_491, t492_493, t494_495, t496_497, t498_499, t500_501, t502_503, t504_505,
-        t506_507, t508_509, t510_511, t512_513, t514_515, t516_517, t518_519, t520_521, t522_523, t524_525, t526_527,
-        t528_529, t530_531, t532_533, t534, t535, t536, t537, t538, t539, t540, t541, t542, t543, t544, t545, t546,
-        t547, t548, t549, t550, t551, t552, t553, t554, t555, t556, t557, t558, t559, t560, t561, t562, t563,
+        t460, t461, t462, t463, t464, t465, t466, t467, t468, t469, t470, t471_472, t473_474, t475_476, t477_478,
+        t479_480, t481_482, t483_484, t485_486, t487_488, t489_490, t491_492, t493, t494, t495, t496, t497, t498, t499,
+        t500, t501, t502, t503, t504, t505, t506, t507, t508_509, t510_511, t512_513, t514_515, t516, t517, t518, t519,
+        t520, t521, t522, t523, t524, t525, t526, t527, t528, t529, t530, t531, t532, t533, t534, t535, t536, t537,
+        t538, t539, t540, t541, t542, t543, t544, t545, t546, t547, t548, t549, t550, t551, t552, t553, t554, t555,
+        t556, t557, t558, t559, t560, t561, t562, t563,
     );
-    t448 = t437 - t438;
-    t449 = t436 - t439;
-    t450 = t437 + t438;
-    t451 = t432 + t433;
-    t452 = R::constant(1.0) - t451;
-    t453 = t421 * t442;
-    t454 = R::fused(t422, t443, t453);
-    t455 = R::fused(-t423, t444, t454);
-    t456 = t421 * t445;
-    t457 = R::fused(t422, t447, t456);
-    t458 = R::fused(-t423, t448, t457);
-    t459 = t421 * t449;
-    t460 = R::fused(t422, t450, t459);
-    t461 = R::fused(-t423, t452, t460);
-    t462 = t427 * t442;
-    t463 = R::fused(t425, t443, t462);
-    t464 = R::fused(t428, t444, t463);
-    t465 = t427 * t445;
-    t466 = R::fused(t425, t447, t465);
-    t467 = R::fused(t428, t448, t466);
-    t468 = t427 * t449;
-    t469 = R::fused(t425, t450, t468);
-    t470 = R::fused(t428, t452, t469);
-    t471 = t461 * q_base_y;
-    t472 = R::fused(-t458, q_base_z, t471);
-    t473 = t455 * q_base_z;
-    t474 = R::fused(-t461, q_base_x, t473);
-    t475 = t458 * q_base_x;
-    t476 = R::fused(-t455, q_base_y, t475);
-    t477 = t464 + t472;
-    t478 = t467 + t474;
-    t479 = t470 + t476;
-    t480_481 = R::Two::fused(both(R::constant(0.0165)), two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), both(R::constant(0.023125)));
-    // right_ankle, left_ankle: sums of what it carries
-    t482_483 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t480_481;
-    t484_485 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t482_483);
-    t486_487 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t480_481;
-    t488_489 = R::Two::fused(both(R::constant(-0.0154)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t486_487);
-    t490_491 = both(R::constant(0.008)) - t488_489;
-    t492_493 = both(R::constant(0.3111)) + t484_485;
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t494_495 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t492_493;
-    t496_497 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t490_491, t494_495);
-    t498_499 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t492_493;
-    t500_501 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t490_491, t498_499);
-    t502_503 = both(R::constant(0.012)) - t500_501;
-    t504_505 = both(R::constant(0.8355)) + t496_497;
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t506_507 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t504_505;
-    t508_509 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t502_503, t506_507);
-    t510_511 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t504_505;
-    t512_513 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t502_503, t510_511);
-    t514_515 = R::Two::fused(two(R::constant(-0.0165), R::constant(0.0165)), two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.01)));
-    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t516_517 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t514_515;
-    t518_519 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t508_509, t516_517);
-    t520_521 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t514_515;
-    t522_523 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t508_509, t520_521);
-    t524_525 = both(R::constant(0.008)) + t512_513;
-    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t526_527 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t524_525;
-    t528_529 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(R::constant(-1.0), R::constant(1.0)), t518_519, t526_527);
-    t530_531 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t524_525;
-    t532_533 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t518_519, t530_531);
-    t534 = R::constant(0.20808) + t528_529.second(); // left_hip_yaw_link: sums of what it carries
-    t535 = R::constant(0.0102) - t532_533.second(); // left_hip_yaw_link: sums of what it carries
-    t536 = R::constant(2.4915) + t522_523.second(); // left_hip_yaw_link: sums of what it carries
-    t537 = t534 + t528_529.first(); // right_hip_yaw_link: sums of what it carries
-    t538 = t535 - t532_533.first(); // right_hip_yaw_link: sums of what it carries
-    t539 = t522_523.first() - t536; // right_hip_yaw_link: sums of what it carries
+    t460 = t459 + t456_457.first(); // right_hip_yaw_link: sums of what it carries
+    t461 = t458 + t454_455.first(); // right_hip_yaw_link: sums of what it carries
+    t462 = R::fused(R::constant(-0.0764), t454_455.second(), t449); // left_hip_yaw_link: sums of what it carries
+    t463 = t447_448.first() - t462; // right_hip_yaw_link: sums of what it carries
+    t464 = R::fused(R::constant(0.0764), t454_455.first(), t463); // right_hip_yaw_link: sums of what it carries
     // torso: sums of what it carries
-    t540 = t442 * t537;
-    t541 = R::fused(-t443, t538, t540);
-    t542 = R::fused(t444, t539, t541);
-    t543 = t445 * t537;
-    t544 = R::fused(-t447, t538, t543);
-    t545 = R::fused(t448, t539, t544);
-    t546 = t449 * t537;
-    t547 = R::fused(-t450, t538, t546);
-    t548 = R::fused(t452, t539, t547);
-    t549 = R::fused(R::constant(-19.0), q_base_x, t542);
-    t550 = R::fused(R::constant(-19.0), q_base_y, t545);
-    t551 = R::fused(R::constant(-19.0), q_base_z, t548);
-    t552 = R::constant(0.05263157894736842) * t549; // centre of mass
-    t553 = R::constant(0.05263157894736842) * t550; // centre of mass
-    t554 = R::constant(0.05263157894736842) * t551; // centre of mass
+    t465 = t376 - t380;
+    t466 = t376 + t380;
+    t467 = t378 + t377;
+    t468 = t378 - t377;
+    t469 = t379 - t373;
+    t470 = t379 + t373;
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t471_472 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t334_335;
+    t473_474 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t334_335;
+    t475_476 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t336_337, t471_472);
+    t477_478 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t336_337, t473_474);
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t479_480 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t475_476, t25_26);
+    t481_482 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t475_476, t58_59);
+    t483_484 = both(R::constant(0.008)) + t477_478;
+    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
+    t485_486 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t435_436;
+    t487_488 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t435_436;
+    t489_490 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t445_446, t485_486);
+    t491_492 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t445_446, t487_488);
+    t493 = t62 - t489_490.second(); // left_hip_yaw_link: sums of what it carries
+    t494 = t148 - t491_492.second(); // left_hip_yaw_link: sums of what it carries
+    t495 = t494 - t491_492.first(); // right_hip_yaw_link: sums of what it carries
+    t496 = R::fused(R::constant(-0.0764), t413_414.second(), t493); // left_hip_yaw_link: sums of what it carries
+    t497 = t496 - t489_490.first(); // right_hip_yaw_link: sums of what it carries
+    t498 = R::fused(R::constant(0.0764), t413_414.first(), t497); // right_hip_yaw_link: sums of what it carries
+    // torso: sums of what it carries
+    t499 = t461 * t420;
+    t500 = R::fused(t460, t465, t499);
+    t501 = R::fused(-t416, t467, t500);
+    t502 = t461 * t466;
+    t503 = t461 * t468;
+    t504 = R::fused(t460, t421, t502);
+    t505 = R::fused(t460, t470, t503);
+    t506 = R::fused(-t416, t469, t504);
+    t507 = R::fused(-t416, t422, t505);
+    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
+    t508_509 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t483_484;
+    t510_511 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t483_484;
+    t512_513 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(R::constant(-1.0), R::constant(1.0)), t479_480, t508_509);
+    t514_515 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t479_480, t510_511);
+    t516 = R::constant(2.4915) + t481_482.second(); // left_hip_yaw_link: sums of what it carries
+    t517 = t481_482.first() - t516; // right_hip_yaw_link: sums of what it carries
+    t518 = t501 * q_base_z; // torso: sums of what it carries
+    t519 = R::fused(-t507, q_base_x, t518); // torso: sums of what it carries
+    t520 = R::constant(0.20808) + t512_513.second(); // left_hip_yaw_link: sums of what it carries
+    t521 = t520 + t512_513.first(); // right_hip_yaw_link: sums of what it carries
+    t522 = t506 * q_base_x; // torso: sums of what it carries
+    t523 = R::fused(-t501, q_base_y, t522); // torso: sums of what it carries
+    t524 = R::constant(0.0102) - t514_515.second(); // left_hip_yaw_link: sums of what it carries
+    t525 = t524 - t514_515.first(); // right_hip_yaw_link: sums of what it carries
+    // torso: sums of what it carries
+    t526 = t507 * q_base_y;
+    t527 = R::fused(-t506, q_base_z, t526);
+    t528 = t498 * t420;
+    t529 = t420 * t521;
+    t530 = R::fused(t495, t465, t528);
+    t531 = R::fused(-t465, t525, t529);
+    t532 = R::fused(t464, t467, t530);
+    t533 = R::fused(t467, t517, t531);
+    t534 = t532 + t527;
+    t535 = R::fused(R::constant(-19.0), q_base_x, t533);
+    t536 = R::constant(0.05263157894736842) * t535; // centre of mass
+    t537 = t498 * t466;
+    t538 = t498 * t468;
+    t539 = t466 * t521;
+    t540 = t468 * t521;
+    t541 = R::fused(t495, t421, t537);
+    t542 = R::fused(t495, t470, t538);
+    t543 = R::fused(-t421, t525, t539);
+    t544 = R::fused(-t470, t525, t540);
+    t545 = R::fused(t464, t469, t541);
+    t546 = R::fused(t464, t422, t542);
+    t547 = R::fused(t469, t517, t543);
+    t548 = R::fused(t422, t517, t544);
+    t549 = t545 + t519;
+    t550 = t546 + t523;
+    t551 = R::fused(R::constant(-19.0), q_base_y, t547);
+    t552 = R::fused(R::constant(-19.0), q_base_z, t548);
+    t553 = R::constant(0.05263157894736842) * t551; // centre of mass
+    t554 = R::constant(0.05263157894736842) * t552; // centre of mass
     // moment about the centre of mass
-    t555 = t461 * t553;
-    t556 = R::fused(-t458, t554, t555);
-    t557 = t455 * t554;
-    t558 = R::fused(-t461, t552, t557);
-    t559 = t458 * t552;
-    t560 = R::fused(-t455, t553, t559);
-    t561 = t477 + t556;
-    t562 = t478 + t558;
-    t563 = t479 + t560;
-    *out = [[t455, t458, t461, t561, t562, t563]];
+    t555 = t507 * t553;
+    t556 = t501 * t554;
+    t557 = t506 * t536;
+    t558 = R::fused(-t506, t554, t555);
+    t559 = R::fused(-t507, t536, t556);
+    t560 = R::fused(-t501, t553, t557);
+    t561 = t534 + t558;
+    t562 = t549 + t559;
+    t563 = t550 + t560;
+    *out = [[t501, t506, t507, t561, t562, t563]];
 }
 }

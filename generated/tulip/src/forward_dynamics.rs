@@ -100,582 +100,618 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
         t0_1.first(), t0_1.second(), t2_3.first(), t2_3.second(), q_right_ankle_roll, q_left_ankle_roll,
     ]);
     let (
-        t4, t5, t6, t7, t8, t9, t10, t11, t12, t13, t14, t15, t16, t17, t18, t19, t20, t21, t22, t23, t24, t25, t26,
-        t27, t28, t29, t30, t31, t32, t33, t34, t35_36, t37_38, t39_40, t41_42, t43_44, t45_46, t47_48, t49_50, t51_52,
-        t53_54, t55_56, t57_58, t59_60, t61_62, t63_64, t65_66, t67_68, t69_70, t71_72, t73_74, t75_76, t77_78, t79_80,
-        t81_82, t83_84, t85_86, t87_88, t89_90, t91_92, t93_94, t95_96, t97_98, t99_100, t101_102, t103_104, t105_106,
-        t107_108, t109_110, t111_112, t113_114, t115_116, t117_118, t119_120, t121_122, t123_124, t125_126, t127_128,
-        t129_130, t131_132, t133_134, t135_136, t137_138, t139_140, t141_142, t143_144, t145_146, t147_148, t149_150,
-        t151_152, t153_154, t155_156, t157_158, t159_160, t161_162, t163_164, t165_166, t167_168, t169_170, t171_172,
-        t173_174, t175_176, t177_178, t179_180, t181_182, t183_184, t185_186, t187_188, t189_190, t191_192, t193_194,
-        t195_196, t197_198, t199_200, t201_202, t203_204, t205_206, t207_208, t209_210, t211_212, t213_214, t215_216,
-        t217_218, t219_220, t221_222, t223_224, t225_226, t227_228, t229_230, t231_232, t233_234, t235_236, t237_238,
-        t239_240, t241_242, t243_244, t245_246, t247_248, t249_250, t251_252, t253_254, t255_256, t257_258, t259_260,
-        t261_262, t263_264, t265_266, t267_268, t269_270, t271_272, t273_274, t275_276, t277_278, t279_280, t281_282,
-        t283_284, t285_286, t287_288, t289_290, t291_292, t293_294, t295_296, t297_298, t299_300, t301_302, t303_304,
-        t305_306, t307_308, t309_310, t311_312, t313_314, t315_316, t317_318, t319_320, t321_322, t323_324, t325_326,
-        t327_328, t329_330, t331_332, t333_334, t335_336, t337_338, t339_340, t341_342, t343_344, t345_346, t347_348,
-        t349_350, t351_352, t353_354, t355_356, t357_358, t359_360, t361_362, t363_364, t365_366, t367_368, t369_370,
-        t371_372, t373_374, t375_376, t377_378, t379_380, t381_382, t383_384, t385_386, t387_388, t389_390, t391_392,
-        t393_394, t395_396, t397_398, t399_400, t401_402, t403_404, t405_406, t407_408, t409_410, t411_412, t413_414,
-        t415_416, t417_418, t419_420, t421_422, t423_424, t425_426, t427_428, t429_430, t431_432, t433_434, t435_436,
-        t437_438, t439_440, t441_442, t443_444, t445_446, t447_448, t449_450, t451_452, t453_454, t455_456, t457_458,
-        t459_460, t461_462, t463_464, t465_466, t467_468, t469_470, t471_472, t473_474, t475_476, t477_478, t479_480,
-        t481_482, t483_484,
+        t4_5, t6_7, t8_9, t10_11, t12_13, t14_15, t16_17, t18_19, t20_21, t22_23, t24_25, t26_27, t28_29, t30_31,
+        t32_33, t34_35, t36_37, t38_39, t40_41, t42, t43, t44, t45, t46, t47, t48, t49, t50, t51, t52, t53, t54, t55,
+        t56, t57, t58, t59, t60, t61, t62, t63, t64, t65, t66, t67, t68, t69, t70, t71, t72, t73_74, t75_76, t77_78,
+        t79_80, t81, t82, t83, t84_85, t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98, t99_100, t101_102, t103_104,
+        t105_106, t107_108, t109_110, t111_112, t113_114, t115_116, t117_118, t119_120, t121_122, t123_124, t125_126,
+        t127_128, t129_130, t131_132, t133_134, t135_136, t137_138, t139_140, t141_142, t143_144, t145_146, t147_148,
+        t149_150, t151_152, t153_154, t155_156, t157_158, t159_160, t161_162, t163_164, t165_166, t167_168, t169_170,
+        t171_172, t173_174, t175_176, t177_178, t179_180, t181_182, t183_184, t185_186, t187_188, t189_190, t191_192,
+        t193_194, t195_196, t197_198, t199_200, t201_202, t203_204, t205_206, t207_208, t209_210, t211_212, t213_214,
+        t215_216, t217_218, t219_220, t221_222, t223_224, t225_226, t227_228, t229_230, t231_232, t233_234, t235_236,
+        t237_238, t239_240, t241_242, t243_244, t245_246, t247_248, t249_250, t251_252, t253_254, t255_256, t257_258,
+        t259_260, t261_262, t263_264, t265_266, t267_268, t269_270, t271_272, t273_274, t275_276, t277_278, t279_280,
+        t281_282, t283_284, t285_286, t287_288, t289_290, t291_292, t293_294, t295_296, t297_298, t299_300, t301_302,
+        t303_304, t305_306, t307_308, t309_310, t311_312, t313_314, t315_316, t317_318, t319_320, t321_322, t323_324,
+        t325_326, t327_328, t329_330, t331_332, t333_334, t335_336, t337_338, t339_340, t341_342, t343_344, t345_346,
+        t347_348, t349_350, t351_352, t353_354, t355_356, t357_358, t359_360, t361_362, t363_364, t365_366, t367_368,
+        t369_370, t371_372, t373_374, t375_376, t377_378, t379_380, t381_382, t383_384, t385_386, t387_388, t389_390,
+        t391_392, t393_394, t395_396, t397_398, t399_400, t401_402, t403_404, t405_406, t407_408, t409_410, t411_412,
+        t413_414, t415_416, t417_418, t419_420, t421_422, t423_424, t425_426, t427_428, t429_430, t431_432, t433_434,
+        t435_436, t437_438, t439_440, t441_442, t443_444, t445_446, t447_448, t449_450, t451_452, t453_454, t455_456,
+        t457_458, t459_460, t461_462, t463_464, t465_466, t467_468, t469_470, t471_472, t473_474, t475_476, t477_478,
+        t479_480,
     );
-    // torso: motion
-    t4 = v_base_linear_z * v_base_angular_y;
-    t5 = R::fused(-v_base_linear_y, v_base_angular_z, t4);
-    t6 = v_base_linear_x * v_base_angular_z;
-    t7 = R::fused(-v_base_linear_z, v_base_angular_x, t6);
-    t8 = v_base_linear_y * v_base_angular_x;
-    t9 = R::fused(-v_base_linear_x, v_base_angular_y, t8);
-    t10 = q_base_qx * R::constant(2.0);
-    t11 = q_base_qy * R::constant(2.0);
-    t12 = q_base_qz * R::constant(2.0);
-    t13 = q_base_qx * t10;
-    t14 = q_base_qx * t12;
-    t15 = q_base_qy * t12;
-    t16 = R::fused(-q_base_qw, t11, t14);
-    t17 = R::fused(q_base_qw, t10, t15);
-    t18 = R::fused(q_base_qy, t11, t13);
-    t19 = R::constant(1.0) - t18;
-    t20 = R::fused(R::constant(9.81), t16, t5);
-    t21 = R::fused(R::constant(9.81), t17, t7);
-    t22 = R::fused(R::constant(9.81), t19, t9);
-    t23 = v_base_angular_y * v_base_angular_y;
-    t24 = v_base_angular_z * v_base_angular_z;
-    t25 = t23 + t24;
-    t26 = v_base_angular_x * v_base_angular_y;
-    t27 = v_base_angular_x * v_base_angular_z;
-    t28 = v_base_angular_x * v_base_angular_x;
-    t29 = t24 + t28;
-    t30 = v_base_angular_y * v_base_angular_z;
-    t31 = t23 + t28;
-    t32 = t26 * R::constant(0.0764); // right_hip_yaw_link: motion
-    t33 = t29 * R::constant(0.0764); // right_hip_yaw_link: motion
-    t34 = t30 * R::constant(0.0764); // right_hip_yaw_link: motion
-    // right_hip_yaw_link, left_hip_yaw_link: motion
-    t35_36 = R::Two::fused(both(t32), two(R::constant(-1.0), R::constant(1.0)), both(t20));
-    t37_38 = R::Two::fused(both(t33), two(R::constant(1.0), R::constant(-1.0)), both(t21));
-    t39_40 = R::Two::fused(both(t34), two(R::constant(-1.0), R::constant(1.0)), both(t22));
-    t41_42 = both(v_base_angular_y) * two(v_right_hip_yaw, v_left_hip_yaw);
-    t43_44 = both(v_base_angular_x) * two(v_right_hip_yaw, v_left_hip_yaw);
-    t45_46 = both(v_base_angular_z) + two(v_right_hip_yaw, v_left_hip_yaw);
-    t47_48 = t45_46 * t45_46;
-    t49_50 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * both(v_base_angular_x);
-    t51_52 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(v_base_angular_y), t49_50);
-    t53_54 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * both(v_base_angular_x);
-    t55_56 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(v_base_angular_y), t53_54);
-    t57_58 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t41_42;
-    t59_60 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t43_44, t57_58);
-    t61_62 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t41_42;
-    t63_64 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t43_44, t61_62);
-    t65_66 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t35_36;
-    t67_68 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t37_38, t65_66);
-    t69_70 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t35_36;
-    t71_72 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t37_38, t69_70);
-    t73_74 = R::Two::fused(t55_56, t55_56, t47_48);
-    t75_76 = t51_52 * t55_56;
-    t77_78 = R::Two::fused(t45_46, t51_52, t63_64);
-    t79_80 = R::Two::fused(-t45_46, t55_56, t59_60);
-    // right_hip_roll_link, left_hip_roll_link: motion
-    t81_82 = t55_56 * two(v_right_hip_roll, v_left_hip_roll);
-    t83_84 = R::Two::fused(-t45_46, two(v_right_hip_roll, v_left_hip_roll), t63_64);
-    t85_86 = t51_52 + two(v_right_hip_roll, v_left_hip_roll);
-    t87_88 = t85_86 * t85_86;
-    t89_90 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t55_56;
-    t91_92 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t45_46, t89_90);
-    t93_94 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t55_56;
-    t95_96 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t45_46, t93_94);
-    t97_98 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t83_84;
-    t99_100 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t81_82, t97_98);
-    t101_102 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t83_84;
-    t103_104 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t81_82, t101_102);
-    t105_106 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t71_72;
-    t107_108 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t39_40, t105_106);
-    t109_110 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t71_72;
-    t111_112 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t39_40, t109_110);
-    t113_114 = t95_96 * t95_96;
-    t115_116 = R::Two::fused(t85_86, t91_92, t103_104);
-    t117_118 = t85_86 * t95_96;
-    t119_120 = t99_100 - t117_118;
-    t121_122 = t87_88 + t113_114;
-    t123_124 = t91_92 * t95_96;
-    t125_126 = t99_100 + t117_118;
-    t127_128 = t59_60 - t123_124;
-    // right_upper_leg, left_upper_leg: motion
-    t129_130 = R::Two::fused(-t95_96, two(v_right_hip_pitch, v_left_hip_pitch), t59_60);
-    t131_132 = R::Two::fused(t85_86, two(v_right_hip_pitch, v_left_hip_pitch), t103_104);
-    t133_134 = t91_92 - two(v_right_hip_pitch, v_left_hip_pitch);
-    t135_136 = t133_134 * t133_134;
-    t137_138 = t113_114 + t135_136;
-    t139_140 = t85_86 * t133_134;
-    t141_142 = t131_132 + t139_140;
-    t143_144 = t131_132 - t139_140;
-    t145_146 = t95_96 * t133_134;
-    t147_148 = t129_130 + t145_146;
-    t149_150 = t129_130 - t145_146;
-    t151_152 = t87_88 + t135_136;
-    // right_lower_leg, left_lower_leg: motion
-    t153_154 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(R::constant(0.315));
-    t155_156 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(R::constant(0.315));
-    t157_158 = t137_138 * t155_156;
-    t159_160 = R::Two::fused(t119_120, t153_154, t157_158);
-    t161_162 = t143_144 * t155_156;
-    t163_164 = R::Two::fused(-t147_148, t153_154, t161_162);
-    t165_166 = t125_126 * t155_156;
-    t167_168 = R::Two::fused(-t151_152, t153_154, t165_166);
-    t169_170 = t67_68 + t159_160;
-    t171_172 = t107_108 + t163_164;
-    t173_174 = t111_112 - t167_168;
-    t175_176 = R::Two::fused(-t95_96, two(v_right_knee_pitch, v_left_knee_pitch), t129_130);
-    t177_178 = R::Two::fused(t85_86, two(v_right_knee_pitch, v_left_knee_pitch), t131_132);
-    t179_180 = t133_134 - two(v_right_knee_pitch, v_left_knee_pitch);
-    t181_182 = t179_180 * t179_180;
-    t183_184 = t113_114 + t181_182;
-    t185_186 = t85_86 * t179_180;
-    t187_188 = t177_178 + t185_186;
-    t189_190 = t177_178 - t185_186;
-    t191_192 = t95_96 * t179_180;
-    t193_194 = t175_176 + t191_192;
-    t195_196 = t175_176 - t191_192;
-    t197_198 = t87_88 + t181_182;
-    // right_ankle, left_ankle: motion
-    t199_200 = two(cos_t0, cos_t1) * both(R::constant(0.273));
-    t201_202 = two(sin_t0, sin_t1) * both(R::constant(0.273));
-    t203_204 = t183_184 * t201_202;
-    t205_206 = R::Two::fused(t119_120, t199_200, t203_204);
-    t207_208 = t189_190 * t201_202;
-    t209_210 = R::Two::fused(-t193_194, t199_200, t207_208);
-    t211_212 = t125_126 * t201_202;
-    t213_214 = R::Two::fused(-t197_198, t199_200, t211_212);
-    t215_216 = t169_170 + t205_206;
-    t217_218 = t171_172 + t209_210;
-    t219_220 = t173_174 - t213_214;
-    t221_222 = R::Two::fused(-t95_96, two(v_right_ankle_pitch, v_left_ankle_pitch), t175_176);
-    t223_224 = R::Two::fused(t85_86, two(v_right_ankle_pitch, v_left_ankle_pitch), t177_178);
-    t225_226 = t179_180 - two(v_right_ankle_pitch, v_left_ankle_pitch);
-    t227_228 = t225_226 * t225_226;
-    t229_230 = two(cos_t2, cos_t3) * t95_96;
-    t231_232 = R::Two::fused(two(sin_t2, sin_t3), t85_86, t229_230);
-    t233_234 = two(sin_t2, sin_t3) * t95_96;
-    t235_236 = R::Two::fused(-two(cos_t2, cos_t3), t85_86, t233_234);
-    t237_238 = two(cos_t2, cos_t3) * t223_224;
-    t239_240 = R::Two::fused(two(sin_t2, sin_t3), t221_222, t237_238);
-    t241_242 = two(sin_t2, sin_t3) * t223_224;
-    t243_244 = R::Two::fused(-two(cos_t2, cos_t3), t221_222, t241_242);
-    t245_246 = two(cos_t2, cos_t3) * t219_220;
-    t247_248 = R::Two::fused(two(sin_t2, sin_t3), t215_216, t245_246);
-    t249_250 = two(sin_t2, sin_t3) * t219_220;
-    t251_252 = R::Two::fused(-two(cos_t2, cos_t3), t215_216, t249_250);
-    t253_254 = t231_232 * t231_232;
-    t255_256 = t227_228 + t253_254;
-    t257_258 = t231_232 * t235_236;
-    t259_260 = t99_100 + t257_258;
-    t261_262 = R::Two::fused(t225_226, t235_236, t239_240);
-    t263_264 = t235_236 * t235_236;
-    t265_266 = t225_226 * t231_232;
-    t267_268 = t243_244 - t265_266;
-    t269_270 = t99_100 - t257_258;
-    t271_272 = t243_244 + t265_266;
-    t273_274 = t227_228 + t263_264;
-    // right_foot, left_foot: motion
-    t275_276 = R::Two::fused(t259_260, both(R::constant(-0.037)), t251_252);
-    t277_278 = R::Two::fused(t267_268, both(R::constant(0.037)), t217_218);
-    t279_280 = R::Two::fused(t273_274, both(R::constant(0.037)), t247_248);
-    t281_282 = R::Two::fused(-t231_232, two(v_right_ankle_roll, v_left_ankle_roll), t99_100);
-    t283_284 = R::Two::fused(t225_226, two(v_right_ankle_roll, v_left_ankle_roll), t239_240);
-    t285_286 = t235_236 - two(v_right_ankle_roll, v_left_ankle_roll);
-    t287_288 = t225_226 * t285_286;
-    t289_290 = t283_284 - t287_288;
-    t291_292 = t231_232 * t285_286;
-    t293_294 = t281_282 + t291_292;
-    t295_296 = t283_284 + t287_288;
-    t297_298 = t285_286 * t285_286;
-    t299_300 = t253_254 + t297_298;
-    t301_302 = t281_282 - t291_292;
-    t303_304 = t227_228 + t297_298;
     // right_foot, left_foot: sums of what it carries
-    t305_306 = both(R::constant(0.0165)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t307_308 = both(R::constant(0.0165)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    t309_310 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t311_312 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    t313_314 = both(R::constant(0.00009166667)) * t309_310;
-    t315_316 = both(R::constant(0.00009166667)) * t311_312;
-    t317_318 = both(R::constant(0.0006600000015)) - t313_314;
-    t319_320 = both(R::constant(0.0005683333315)) + t313_314;
-    t321_322 = both(R::constant(0.000612)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t323_324 = both(R::constant(0.000612)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    t325_326 = t289_290 * t305_306;
-    t327_328 = R::Two::fused(-t293_294, t307_308, t325_326);
-    t329_330 = t299_300 * t305_306;
-    t331_332 = R::Two::fused(t267_268, t307_308, t329_330);
-    t333_334 = t271_272 * t305_306;
-    t335_336 = R::Two::fused(-t303_304, t307_308, t333_334);
-    t337_338 = both(R::constant(0.001228333333)) * t243_244;
-    t339_340 = t317_318 - t319_320;
-    t341_342 = R::Two::fused(t265_266, t339_340, t337_338);
-    t343_344 = t227_228 - t253_254;
-    t345_346 = R::Two::fused(-t301_302, t321_322, t341_342);
-    t347_348 = R::Two::fused(-t295_296, t323_324, t345_346);
-    t349_350 = R::Two::fused(t315_316, t343_344, t347_348);
-    t351_352 = t293_294 * t319_320;
-    t353_354 = t253_254 - t297_298;
-    t355_356 = R::Two::fused(t289_290, t315_316, t351_352);
-    t357_358 = R::Two::fused(-t271_272, t321_322, t355_356);
-    t359_360 = R::Two::fused(-t323_324, t353_354, t357_358);
-    t361_362 = t289_290 * t317_318;
-    t363_364 = t227_228 - t297_298;
-    t365_366 = R::Two::fused(-t267_268, t323_324, t361_362);
-    t367_368 = R::Two::fused(t293_294, t315_316, t365_366);
-    t369_370 = R::Two::fused(t321_322, t363_364, t367_368);
-    t371_372 = t279_280 * t305_306;
-    t373_374 = R::Two::fused(-t277_278, t307_308, t371_372);
-    t375_376 = t349_350 - t373_374;
-    t377_378 = R::Two::fused(-t275_276, t307_308, t359_360);
-    t379_380 = R::Two::fused(t275_276, t305_306, t369_370);
-    t381_382 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.0006105));
-    // right_ankle, left_ankle: sums of what it carries
-    t383_384 = both(R::constant(0.0154)) * t255_256;
-    t385_386 = R::Two::fused(both(R::constant(-0.023125)), t259_260, t383_384);
-    t387_388 = both(R::constant(0.0154)) * t261_262;
-    t389_390 = R::Two::fused(both(R::constant(-0.023125)), t267_268, t387_388);
-    t391_392 = both(R::constant(0.0154)) * t269_270;
-    t393_394 = R::Two::fused(both(R::constant(0.023125)), t273_274, t391_392);
-    t395_396 = t267_268 * both(R::constant(0.0008355375));
-    t397_398 = R::Two::fused(both(R::constant(-0.0005698)), t261_262, t395_396);
-    t399_400 = t99_100 * both(R::constant(0.0039379874985));
-    t401_402 = R::Two::fused(t257_258, both(R::constant(-0.0022669124985)), t399_400);
-    t403_404 = t253_254 - t263_264;
-    t405_406 = R::Two::fused(both(R::constant(-0.0005698)), t403_404, t401_402);
-    t407_408 = t261_262 * both(R::constant(0.0031024499985));
-    t409_410 = R::Two::fused(both(R::constant(-0.0005698)), t267_268, t407_408);
-    t411_412 = both(R::constant(0.023125)) * t251_252;
-    t413_414 = R::Two::fused(both(R::constant(-0.0154)), t247_248, t411_412);
-    t415_416 = R::Two::fused(both(R::constant(0.023125)), t217_218, t397_398);
-    t417_418 = t405_406 - t413_414;
-    t419_420 = R::Two::fused(both(R::constant(-0.0154)), t217_218, t409_410);
-    t421_422 = both(R::constant(0.023125)) + t307_308;
-    t423_424 = t327_328 + t385_386;
-    t425_426 = two(sin_t2, sin_t3) * t423_424;
-    t427_428 = two(cos_t2, cos_t3) * t423_424;
-    t429_430 = two(cos_t2, cos_t3) * t421_422;
-    t431_432 = two(sin_t2, sin_t3) * t421_422;
-    t433_434 = two(sin_t2, sin_t3) * two(sin_t2, sin_t3);
-    t435_436 = two(sin_t2, sin_t3) * two(cos_t2, cos_t3);
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t437_438 = both(R::constant(0.3111)) * two(cos_t0, cos_t1);
-    t439_440 = R::Two::fused(both(R::constant(0.008)), two(sin_t0, sin_t1), t437_438);
-    t441_442 = both(R::constant(0.3111)) * two(sin_t0, sin_t1);
-    t443_444 = R::Two::fused(both(R::constant(-0.008)), two(cos_t0, cos_t1), t441_442);
-    t445_446 = two(sin_t0, sin_t1) * two(sin_t0, sin_t1);
-    t447_448 = two(sin_t0, sin_t1) * two(cos_t0, cos_t1);
-    t449_450 = both(R::constant(0.072308716667)) * t445_446;
-    t451_452 = R::Two::fused(both(R::constant(-0.00172)), t447_448, t449_450);
-    t453_454 = both(R::constant(0.00172)) * t445_446;
-    t455_456 = R::Two::fused(both(R::constant(0.072308716667)), t447_448, t453_454);
-    t457_458 = both(R::constant(0.0727810499985)) - t451_452;
-    t459_460 = both(R::constant(0.0004723333315)) + t451_452;
-    t461_462 = both(R::constant(0.00086)) - t455_456;
-    t463_464 = both(R::constant(0.00024)) * two(cos_t0, cos_t1);
-    t465_466 = R::Two::fused(both(R::constant(0.000016)), two(sin_t0, sin_t1), t463_464);
-    t467_468 = both(R::constant(0.00024)) * two(sin_t0, sin_t1);
-    t469_470 = R::Two::fused(both(R::constant(-0.000016)), two(cos_t0, cos_t1), t467_468);
-    t471_472 = t183_184 * t443_444;
-    t473_474 = R::Two::fused(t119_120, t439_440, t471_472);
-    t475_476 = t189_190 * t443_444;
-    t477_478 = R::Two::fused(-t193_194, t439_440, t475_476);
-    t479_480 = t125_126 * t443_444;
-    t481_482 = R::Two::fused(-t197_198, t439_440, t479_480);
-    t483_484 = t193_194 * t457_458;
-    let (
-        t485_486, t487_488, t489_490, t491_492, t493_494, t495_496, t497_498, t499_500, t501_502, t503_504, t505_506,
-        t507_508, t509_510, t511_512, t513_514, t515_516, t517_518, t519_520, t521_522, t523_524, t525_526, t527_528,
-        t529_530, t531_532, t533_534, t535_536, t537_538, t539_540, t541_542, t543_544, t545_546, t547_548, t549_550,
-        t551_552, t553_554, t555_556, t557_558, t559_560, t561_562, t563_564, t565_566, t567_568, t569_570, t571_572,
-        t573_574, t575_576, t577_578, t579_580, t581_582, t583_584, t585_586, t587_588, t589_590, t591_592, t593_594,
-        t595_596, t597_598, t599_600, t601_602, t603_604, t605_606, t607_608, t609_610, t611_612, t613_614, t615_616,
-        t617_618, t619_620, t621_622, t623_624, t625_626, t627_628, t629_630, t631_632, t633_634, t635_636, t637_638,
-        t639_640, t641, t642, t643, t644, t645, t646, t647, t648, t649, t650, t651, t652, t653, t654, t655, t656, t657,
-        t658, t659, t660, t661, t662, t663, t664, t665, t666, t667, t668, t669, t670, t671, t672, t673, t674, t675,
-        t676, t677_678, t679_680, t681_682, t683_684, t685_686, t687_688, t689_690, t691_692, t693_694, t695_696,
-        t697_698, t699_700, t701_702, t703_704, t705_706, t707_708, t709_710, t711_712, t713_714, t715_716, t717_718,
-        t719_720, t721_722, t723_724, t725_726, t727_728, t729_730, t731_732, t733_734, t735_736, t737_738, t739_740,
-        t741_742, t743_744, t745_746, t747_748, t749_750, t751_752, t753_754, t755_756, t757_758, t759_760, t761_762,
-        t763_764, t765_766, t767_768, t769_770, t771_772, t773_774, t775_776, t777_778, t779_780, t781_782, t783_784,
-        t785_786, t787_788, t789_790, t791_792, t793_794, t795_796, t797_798, t799_800, t801_802, t803_804, t805_806,
-        t807_808, t809_810, t811_812, t813_814, t815_816, t817_818, t819_820, t821_822, t823_824, t825_826, t827_828,
-        t829_830, t831_832, t833_834, t835_836, t837_838, t839_840, t841_842, t843_844, t845_846, t847_848, t849_850,
-        t851_852, t853_854, t855_856, t857_858, t859_860, t861_862, t863_864, t865_866, t867_868, t869_870, t871_872,
-        t873_874, t875_876, t877_878, t879_880, t881_882, t883_884, t885_886, t887_888, t889_890, t891_892, t893_894,
-        t895_896, t897_898, t899_900, t901_902, t903_904, t905_906, t907_908, t909_910, t911_912, t913_914, t915_916,
-        t917_918, t919_920, t921_922, t923_924, t925_926, t927_928, t929_930, t931_932, t933_934, t935_936, t937_938,
-        t939_940, t941_942, t943_944, t945_946, t947_948, t949_950, t951_952, t953_954, t955_956, t957_958, t959_960,
-    );
-    t485_486 = t113_114 - t181_182;
-    t487_488 = R::Two::fused(t125_126 * two(R::constant(1.0), R::constant(-1.0)), t469_470, t483_484);
-    t489_490 = R::Two::fused(t189_190, t461_462, t487_488);
-    t491_492 = R::Two::fused(t465_466 * two(R::constant(1.0), R::constant(-1.0)), t485_486, t489_490);
-    t493_494 = both(R::constant(0.07325338333)) * t99_100;
-    t495_496 = t457_458 - t459_460;
-    t497_498 = R::Two::fused(-t117_118, t495_496, t493_494);
-    t499_500 = t87_88 - t113_114;
-    t501_502 = R::Two::fused(t187_188 * two(R::constant(1.0), R::constant(-1.0)), t465_466, t497_498);
-    t503_504 = R::Two::fused(t195_196 * two(R::constant(1.0), R::constant(-1.0)), t469_470, t501_502);
-    t505_506 = R::Two::fused(t461_462, t499_500, t503_504);
-    t507_508 = t189_190 * t459_460;
-    t509_510 = t87_88 - t181_182;
-    t511_512 = R::Two::fused(t193_194, t461_462, t507_508);
-    t513_514 = R::Two::fused(t119_120 * two(R::constant(1.0), R::constant(-1.0)), t465_466, t511_512);
-    t515_516 = R::Two::fused(t469_470 * two(R::constant(-1.0), R::constant(1.0)), t509_510, t513_514);
-    t517_518 = t169_170 * t439_440;
-    t519_520 = R::Two::fused(-t173_174, t443_444, t517_518);
-    t521_522 = R::Two::fused(-t171_172, t439_440, t491_492);
-    t523_524 = t505_506 + t519_520;
-    t525_526 = R::Two::fused(t171_172, t443_444, t515_516);
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t527_528 = both(R::constant(0.8355)) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    t529_530 = R::Two::fused(both(R::constant(0.012)), two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t527_528);
-    t531_532 = both(R::constant(0.8355)) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
-    t533_534 = R::Two::fused(both(R::constant(-0.012)), two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t531_532);
-    t535_536 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
-    t537_538 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    t539_540 = both(R::constant(0.22879800003)) * t535_536;
-    t541_542 = R::Two::fused(both(R::constant(-0.004)), t537_538, t539_540);
-    t543_544 = both(R::constant(0.004)) * t535_536;
-    t545_546 = R::Two::fused(both(R::constant(0.22879800003)), t537_538, t543_544);
-    t547_548 = both(R::constant(0.230220000015)) - t541_542;
-    t549_550 = both(R::constant(0.001421999985)) + t541_542;
-    t551_552 = both(R::constant(0.002)) - t545_546;
-    t553_554 = both(R::constant(0.00193)) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    t555_556 = R::Two::fused(both(R::constant(0.000048)), two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t553_554);
-    t557_558 = both(R::constant(0.00193)) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
-    t559_560 = R::Two::fused(both(R::constant(-0.000048)), two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t557_558);
-    t561_562 = t137_138 * t533_534;
-    t563_564 = R::Two::fused(t119_120, t529_530, t561_562);
-    t565_566 = t143_144 * t533_534;
-    t567_568 = R::Two::fused(-t147_148, t529_530, t565_566);
-    t569_570 = t125_126 * t533_534;
-    t571_572 = R::Two::fused(-t151_152, t529_530, t569_570);
-    t573_574 = t147_148 * t547_548;
-    t575_576 = t113_114 - t135_136;
-    t577_578 = R::Two::fused(t125_126 * two(R::constant(1.0), R::constant(-1.0)), t559_560, t573_574);
-    t579_580 = R::Two::fused(t143_144, t551_552, t577_578);
-    t581_582 = R::Two::fused(t555_556 * two(R::constant(1.0), R::constant(-1.0)), t575_576, t579_580);
-    t583_584 = both(R::constant(0.231642)) * t99_100;
-    t585_586 = t547_548 - t549_550;
-    t587_588 = R::Two::fused(-t117_118, t585_586, t583_584);
-    t589_590 = R::Two::fused(t141_142 * two(R::constant(1.0), R::constant(-1.0)), t555_556, t587_588);
-    t591_592 = R::Two::fused(t149_150 * two(R::constant(1.0), R::constant(-1.0)), t559_560, t589_590);
-    t593_594 = R::Two::fused(t499_500, t551_552, t591_592);
-    t595_596 = t143_144 * t549_550;
-    t597_598 = t87_88 - t135_136;
-    t599_600 = R::Two::fused(t147_148, t551_552, t595_596);
-    t601_602 = R::Two::fused(t119_120 * two(R::constant(1.0), R::constant(-1.0)), t555_556, t599_600);
-    t603_604 = R::Two::fused(t559_560 * two(R::constant(-1.0), R::constant(1.0)), t597_598, t601_602);
-    t605_606 = t67_68 * t529_530;
-    t607_608 = R::Two::fused(-t111_112, t533_534, t605_606);
-    t609_610 = R::Two::fused(-t107_108, t529_530, t581_582);
-    t611_612 = t593_594 + t607_608;
-    t613_614 = R::Two::fused(t107_108, t533_534, t603_604);
+    t4_5 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t6_7 = both(R::constant(0.000612)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t8_9 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(0.4982360924011495));
+    t10_11 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.0006105));
+    t12_13 = both(R::constant(0.0165)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t14_15 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(13.432835824540797));
+    t16_17 = both(R::constant(0.0165)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t18_19 = two(sin_t2, sin_t3) * two(sin_t2, sin_t3); // right_ankle, left_ankle: sums of what it carries
+    t20_21 = both(R::constant(0.00009166667)) * t4_5;
+    t22_23 = two(sin_t2, sin_t3) * two(cos_t2, cos_t3); // right_ankle, left_ankle: sums of what it carries
+    // right_ankle, left_ankle: motion
+    t24_25 = two(cos_t0, cos_t1) * both(R::constant(0.273));
+    t26_27 = two(sin_t0, sin_t1) * both(R::constant(0.273));
+    t28_29 = both(R::constant(0.023125)) + t12_13; // right_ankle, left_ankle: sums of what it carries
+    t30_31 = R::Two::fused(-t6_7, t14_15, both(R::constant(0.0154))); // right_ankle, left_ankle: articulated inertia
+    t32_33 = t16_17 * t14_15; // right_foot, left_foot: articulated inertia
+    // right_foot, left_foot: sums of what it carries
+    t34_35 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t36_37 = both(R::constant(0.0005683333315)) + t20_21;
+    t38_39 = both(R::constant(0.0006600000015)) - t20_21;
+    t40_41 = both(R::constant(0.00009166667)) * t34_35;
+    // torso: motion
+    t42 = v_base_linear_z * v_base_angular_y;
+    t43 = R::fused(-v_base_linear_y, v_base_angular_z, t42);
+    t44 = v_base_linear_x * v_base_angular_z;
+    t45 = R::fused(-v_base_linear_z, v_base_angular_x, t44);
+    t46 = v_base_linear_y * v_base_angular_x;
+    t47 = R::fused(-v_base_linear_x, v_base_angular_y, t46);
+    t48 = q_base_qx * R::constant(2.0);
+    t49 = q_base_qy * R::constant(2.0);
+    t50 = q_base_qz * R::constant(2.0);
+    t51 = v_base_angular_y * v_base_angular_y;
+    t52 = v_base_angular_z * v_base_angular_z;
+    t53 = v_base_angular_x * v_base_angular_y;
+    t54 = v_base_angular_x * v_base_angular_z;
+    t55 = q_base_qx * t48;
+    t56 = R::fused(q_base_qy, t49, t55);
+    t57 = R::constant(1.0) - t56;
+    t58 = R::fused(R::constant(9.81), t57, t47);
+    t59 = q_base_qx * t50;
+    t60 = R::fused(-q_base_qw, t49, t59);
+    t61 = R::fused(R::constant(9.81), t60, t43);
+    t62 = q_base_qy * t50;
+    t63 = R::fused(q_base_qw, t48, t62);
+    t64 = R::fused(R::constant(9.81), t63, t45);
+    t65 = t51 + t52;
+    // torso: sums of what it carries
+    t66 = R::constant(0.20808) * t65;
+    t67 = R::fused(R::constant(0.0102), t53, t66);
+    t68 = R::fused(R::constant(2.4915), t54, t67);
+    t69 = R::fused(R::constant(19.0), t61, t68);
+    t70 = v_base_angular_x * v_base_angular_x; // torso: motion
+    t71 = v_base_angular_y * v_base_angular_z; // torso: motion
+    t72 = t53 * R::constant(0.0764); // right_hip_yaw_link: motion
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t73_74 = R::Two::fused(both(t72), two(R::constant(-1.0), R::constant(1.0)), both(t61));
+    t75_76 = both(v_base_angular_y) * two(v_right_hip_yaw, v_left_hip_yaw);
+    t77_78 = both(v_base_angular_x) * two(v_right_hip_yaw, v_left_hip_yaw);
+    t79_80 = both(v_base_angular_z) + two(v_right_hip_yaw, v_left_hip_yaw);
+    t81 = t52 + t70; // torso: motion
+    t82 = t51 + t70; // torso: motion
+    t83 = t71 * R::constant(0.0764); // right_hip_yaw_link: motion
+    t84_85 = R::Two::fused(both(t83), two(R::constant(-1.0), R::constant(1.0)), both(t58));
+    t86_87 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * both(v_base_angular_x);
+    t88_89 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(v_base_angular_y), t86_87);
+    t90_91 = t79_80 * t79_80;
+    t92_93 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * both(v_base_angular_x);
+    t94_95 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(v_base_angular_y), t92_93);
+    t96_97 = R::Two::fused(t94_95, t94_95, t90_91);
+    t98 = t81 * R::constant(0.0764); // right_hip_yaw_link: motion
+    t99_100 = R::Two::fused(both(t98), two(R::constant(1.0), R::constant(-1.0)), both(t64));
+    t101_102 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t75_76;
+    t103_104 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t75_76;
+    t105_106 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t77_78, t101_102);
+    t107_108 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t77_78, t103_104);
+    t109_110 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t73_74;
+    t111_112 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t73_74;
+    t113_114 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t99_100, t109_110);
+    t115_116 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t99_100, t111_112);
+    t117_118 = t88_89 + two(v_right_hip_roll, v_left_hip_roll); // right_hip_roll_link, left_hip_roll_link: motion
+    t119_120 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(R::constant(0.315));
+    t121_122 = t88_89 * t94_95;
+    t123_124 = R::Two::fused(t79_80, t88_89, t107_108);
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t125_126 = R::Two::fused(-t79_80, two(v_right_hip_roll, v_left_hip_roll), t107_108);
+    t127_128 = t94_95 * two(v_right_hip_roll, v_left_hip_roll);
+    t129_130 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t94_95;
+    t131_132 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t79_80, t129_130);
+    t133_134 = R::Two::fused(-t79_80, t94_95, t105_106); // right_hip_yaw_link, left_hip_yaw_link: motion
+    t135_136 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t94_95;
+    t137_138 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t79_80, t135_136);
+    t139_140 = t117_118 * t117_118;
+    t141_142 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(R::constant(0.315));
+    t143_144 = both(R::constant(0.000612)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t145_146 = t143_144 * t14_15; // right_foot, left_foot: articulated inertia
+    t147_148 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t115_116;
+    t149_150 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t84_85, t147_148);
+    t151_152 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t125_126;
+    t153_154 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t125_126;
+    t155_156 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t127_128, t151_152);
+    t157_158 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t127_128, t153_154);
+    t159_160 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t115_116;
+    t161_162 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t84_85, t159_160);
+    t163_164 = t131_132 - two(v_right_hip_pitch, v_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
+    t165_166 = t137_138 * t137_138;
+    t167_168 = t117_118 * t137_138;
+    t169_170 = t131_132 * t137_138;
+    t171_172 = R::Two::fused(t117_118, t131_132, t157_158);
+    // right_upper_leg, left_upper_leg: motion
+    t173_174 = R::Two::fused(t117_118, two(v_right_hip_pitch, v_left_hip_pitch), t157_158);
+    t175_176 = R::Two::fused(-t137_138, two(v_right_hip_pitch, v_left_hip_pitch), t105_106);
+    t177_178 = t163_164 * t163_164;
+    t179_180 = t117_118 * t163_164;
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t181_182 = t155_156 - t167_168;
+    t183_184 = t139_140 + t165_166;
+    t185_186 = t155_156 + t167_168;
+    t187_188 = t105_106 - t169_170;
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t615_616 = t59_60 * both(R::constant(0.0016005833535));
-    t617_618 = R::Two::fused(t123_124, both(R::constant(-0.0014339166865)), t615_616);
-    t619_620 = t115_116 * both(R::constant(0.00151725002));
-    t621_622 = R::Two::fused(two(R::constant(-0.01), R::constant(0.01)), t111_112, t617_618);
-    t623_624 = R::Two::fused(two(R::constant(0.01), R::constant(-0.01)), t67_68, t619_620);
+    t189_190 = t105_106 * both(R::constant(0.0016005833535));
+    t191_192 = R::Two::fused(t169_170, both(R::constant(-0.0014339166865)), t189_190);
+    t193_194 = R::Two::fused(two(R::constant(-0.01), R::constant(0.01)), t161_162, t191_192);
+    // right_upper_leg, left_upper_leg: motion
+    t195_196 = t165_166 + t177_178;
+    t197_198 = t137_138 * t163_164;
+    t199_200 = t163_164 - two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
+    t201_202 = t173_174 + t179_180;
+    t203_204 = t173_174 - t179_180;
+    t205_206 = R::Two::fused(t117_118, two(v_right_knee_pitch, v_left_knee_pitch), t173_174);
+    t207_208 = t139_140 + t177_178;
+    // right_lower_leg, left_lower_leg: motion
+    t209_210 = t195_196 * t141_142;
+    t211_212 = R::Two::fused(t181_182, t119_120, t209_210);
+    t213_214 = t113_114 + t211_212;
+    // right_upper_leg, left_upper_leg: motion
+    t215_216 = t175_176 + t197_198;
+    t217_218 = t175_176 - t197_198;
+    // right_lower_leg, left_lower_leg: motion
+    t219_220 = R::Two::fused(-t137_138, two(v_right_knee_pitch, v_left_knee_pitch), t175_176);
+    t221_222 = t203_204 * t141_142;
+    t223_224 = R::Two::fused(-t215_216, t119_120, t221_222);
+    t225_226 = t149_150 + t223_224;
+    t227_228 = t185_186 * t141_142;
+    t229_230 = R::Two::fused(-t207_208, t119_120, t227_228);
+    t231_232 = t161_162 - t229_230;
+    t233_234 = t199_200 * t199_200;
+    t235_236 = t117_118 * t199_200;
+    t237_238 = t137_138 * t199_200;
+    // right_ankle, left_ankle: motion
+    t239_240 = t199_200 - two(v_right_ankle_pitch, v_left_ankle_pitch);
+    t241_242 = t185_186 * t26_27;
+    t243_244 = R::Two::fused(-t137_138, two(v_right_ankle_pitch, v_left_ankle_pitch), t219_220);
+    t245_246 = R::Two::fused(t117_118, two(v_right_ankle_pitch, v_left_ankle_pitch), t205_206);
+    t247_248 = two(cos_t2, cos_t3) * t137_138;
+    t249_250 = two(sin_t2, sin_t3) * t137_138;
+    t251_252 = R::Two::fused(two(sin_t2, sin_t3), t117_118, t247_248);
+    t253_254 = R::Two::fused(-two(cos_t2, cos_t3), t117_118, t249_250);
+    // right_lower_leg, left_lower_leg: motion
+    t255_256 = t165_166 + t233_234;
+    t257_258 = t205_206 + t235_236;
+    t259_260 = t205_206 - t235_236;
+    t261_262 = t219_220 + t237_238;
+    t263_264 = t219_220 - t237_238;
+    t265_266 = t139_140 + t233_234;
+    // right_ankle, left_ankle: motion
+    t267_268 = R::Two::fused(-t265_266, t24_25, t241_242);
+    t269_270 = t231_232 - t267_268;
+    t271_272 = t255_256 * t26_27;
+    t273_274 = R::Two::fused(t181_182, t24_25, t271_272);
+    t275_276 = t213_214 + t273_274;
+    t277_278 = t259_260 * t26_27;
+    t279_280 = R::Two::fused(-t261_262, t24_25, t277_278);
+    t281_282 = t225_226 + t279_280;
+    t283_284 = t239_240 * t239_240;
+    t285_286 = two(cos_t2, cos_t3) * t245_246;
+    t287_288 = two(sin_t2, sin_t3) * t245_246;
+    t289_290 = R::Two::fused(two(sin_t2, sin_t3), t243_244, t285_286);
+    t291_292 = R::Two::fused(-two(cos_t2, cos_t3), t243_244, t287_288);
+    t293_294 = t251_252 * t251_252;
+    t295_296 = t251_252 * t253_254;
+    t297_298 = t253_254 * t253_254;
+    t299_300 = t239_240 * t251_252;
+    // right_foot, left_foot: motion
+    t301_302 = R::Two::fused(-t251_252, two(v_right_ankle_roll, v_left_ankle_roll), t155_156);
+    t303_304 = t253_254 - two(v_right_ankle_roll, v_left_ankle_roll);
+    t305_306 = R::Two::fused(t239_240, t253_254, t289_290); // right_ankle, left_ankle: motion
+    t307_308 = R::Two::fused(t239_240, two(v_right_ankle_roll, v_left_ankle_roll), t289_290);
+    t309_310 = t239_240 * t303_304;
+    t311_312 = t251_252 * t303_304;
+    t313_314 = t303_304 * t303_304;
+    // right_ankle, left_ankle: motion
+    t315_316 = two(cos_t2, cos_t3) * t269_270;
+    t317_318 = two(sin_t2, sin_t3) * t269_270;
+    t319_320 = R::Two::fused(two(sin_t2, sin_t3), t275_276, t315_316);
+    t321_322 = R::Two::fused(-two(cos_t2, cos_t3), t275_276, t317_318);
+    t323_324 = t283_284 + t293_294;
+    t325_326 = both(R::constant(0.0154)) * t323_324; // right_ankle, left_ankle: sums of what it carries
+    t327_328 = t155_156 + t295_296;
+    t329_330 = R::Two::fused(both(R::constant(-0.023125)), t327_328, t325_326); // right_ankle, left_ankle
+    t331_332 = R::Two::fused(t327_328, both(R::constant(-0.037)), t321_322); // right_foot, left_foot: motion
+    // right_ankle, left_ankle: sums of what it carries
+    t333_334 = both(R::constant(0.023125)) * t321_322;
+    t335_336 = R::Two::fused(both(R::constant(-0.0154)), t319_320, t333_334);
+    // right_ankle, left_ankle: motion
+    t337_338 = t291_292 - t299_300;
+    t339_340 = t155_156 - t295_296;
+    t341_342 = both(R::constant(0.0154)) * t339_340; // right_ankle, left_ankle: sums of what it carries
+    t343_344 = t291_292 + t299_300;
+    t345_346 = both(R::constant(0.001228333333)) * t291_292; // right_foot, left_foot: sums of what it carries
+    t347_348 = t283_284 + t297_298;
+    t349_350 = t293_294 - t297_298; // right_ankle, left_ankle: sums of what it carries
+    t351_352 = R::Two::fused(t347_348, both(R::constant(0.037)), t319_320); // right_foot, left_foot: motion
+    t353_354 = R::Two::fused(both(R::constant(0.023125)), t347_348, t341_342); // right_ankle, left_ankle
+    t355_356 = t351_352 * t16_17; // right_foot, left_foot: sums of what it carries
+    t357_358 = R::Two::fused(t337_338, both(R::constant(0.037)), t281_282); // right_foot, left_foot: motion
+    t359_360 = R::Two::fused(-t357_358, t12_13, t355_356); // right_foot, left_foot: sums of what it carries
+    // right_foot, left_foot: motion
+    t361_362 = t307_308 - t309_310;
+    t363_364 = t307_308 + t309_310;
+    t365_366 = t301_302 + t311_312;
+    t367_368 = t301_302 - t311_312;
+    t369_370 = t293_294 + t313_314;
+    // right_foot, left_foot: sums of what it carries
+    t371_372 = t369_370 * t16_17;
+    t373_374 = R::Two::fused(t337_338, t12_13, t371_372);
+    t375_376 = t283_284 + t313_314; // right_foot, left_foot: motion
+    t377_378 = t361_362 * t16_17;
+    t379_380 = R::Two::fused(-t365_366, t12_13, t377_378);
+    t381_382 = t379_380 + t329_330; // right_ankle, left_ankle: sums of what it carries
+    t383_384 = t343_344 * t16_17;
+    t385_386 = R::Two::fused(-t375_376, t12_13, t383_384);
+    t387_388 = t38_39 - t36_37;
+    t389_390 = R::Two::fused(t299_300, t387_388, t345_346);
+    t391_392 = R::Two::fused(-t367_368, t6_7, t389_390);
+    t393_394 = R::Two::fused(-t363_364, t143_144, t391_392);
+    t395_396 = t283_284 - t293_294;
+    t397_398 = R::Two::fused(t40_41, t395_396, t393_394);
+    t399_400 = t397_398 - t359_360;
+    t401_402 = t293_294 - t313_314;
+    t403_404 = t283_284 - t313_314;
+    t405_406 = two(tau_right_ankle_roll, tau_left_ankle_roll) + t399_400; // other
+    t407_408 = t365_366 * t36_37;
+    // right_foot, left_foot: articulated inertia
+    t409_410 = R::Two::fused(-t6_7, t8_9, t36_37);
+    t411_412 = R::Two::fused(-t143_144, t8_9, t40_41);
+    // right_foot, left_foot: sums of what it carries
+    t413_414 = R::Two::fused(t361_362, t40_41, t407_408);
+    t415_416 = R::Two::fused(-t343_344, t6_7, t413_414);
+    t417_418 = R::Two::fused(-t143_144, t401_402, t415_416);
+    t419_420 = t361_362 * t38_39;
+    // right_foot, left_foot: articulated inertia
+    t421_422 = t10_11 + t409_410;
+    t423_424 = t10_11 + t421_422;
+    t425_426 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0006105)), -t411_412);
+    // right_foot, left_foot: sums of what it carries
+    t427_428 = R::Two::fused(-t337_338, t143_144, t419_420);
+    t429_430 = R::Two::fused(t365_366, t40_41, t427_428);
+    t431_432 = R::Two::fused(t6_7, t403_404, t429_430);
+    t433_434 = both(R::constant(0.0039379874985)) + t423_424; // right_ankle, left_ankle: articulated inertia
+    t435_436 = R::Two::fused(-t331_332, t12_13, t417_418);
+    t437_438 = R::Two::fused(t331_332, t16_17, t431_432);
+    // right_ankle, left_ankle: sums of what it carries
+    t439_440 = both(R::constant(0.0154)) * t305_306;
+    t441_442 = R::Two::fused(both(R::constant(-0.023125)), t337_338, t439_440);
+    t443_444 = t337_338 * both(R::constant(0.0008355375));
+    t445_446 = R::Two::fused(both(R::constant(-0.0005698)), t305_306, t443_444);
+    t447_448 = t305_306 * both(R::constant(0.0031024499985));
+    t449_450 = R::Two::fused(both(R::constant(-0.0005698)), t337_338, t447_448);
+    t451_452 = R::Two::fused(both(R::constant(0.023125)), t281_282, t445_446);
+    t453_454 = R::Two::fused(both(R::constant(-0.0154)), t281_282, t449_450);
+    t455_456 = t155_156 * both(R::constant(0.0039379874985));
+    t457_458 = R::Two::fused(t295_296, both(R::constant(-0.0022669124985)), t455_456);
+    t459_460 = R::Two::fused(both(R::constant(-0.0005698)), t349_350, t457_458);
+    t461_462 = t459_460 - t335_336;
+    t463_464 = two(sin_t2, sin_t3) * t381_382;
+    t465_466 = two(cos_t2, cos_t3) * t381_382;
+    t467_468 = two(cos_t2, cos_t3) * t28_29;
+    t469_470 = two(sin_t2, sin_t3) * t28_29;
+    // right_ankle, left_ankle: articulated inertia
+    t471_472 = R::Two::fused(two(sin_t2, sin_t3), t30_31, t467_468);
+    t473_474 = R::Two::fused(-two(cos_t2, cos_t3), t30_31, t469_470);
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t475_476 = both(R::constant(0.3111)) * two(cos_t0, cos_t1);
+    t477_478 = R::Two::fused(both(R::constant(0.008)), two(sin_t0, sin_t1), t475_476);
+    t479_480 = t213_214 * t477_478;
+    let (
+        t481_482, t483_484, t485_486, t487_488, t489_490, t491_492, t493_494, t495_496, t497_498, t499_500, t501_502,
+        t503_504, t505_506, t507_508, t509_510, t511_512, t513_514, t515_516, t517_518, t519_520, t521_522, t523_524,
+        t525_526, t527_528, t529_530, t531_532, t533_534, t535_536, t537_538, t539_540, t541_542, t543_544, t545_546,
+        t547_548, t549_550, t551_552, t553_554, t555_556, t557_558, t559_560, t561_562, t563_564, t565_566, t567_568,
+        t569_570, t571_572, t573_574, t575_576, t577_578, t579_580, t581_582, t583_584, t585_586, t587_588, t589_590,
+        t591_592, t593_594, t595_596, t597_598, t599_600, t601_602, t603_604, t605_606, t607_608, t609_610, t611_612,
+        t613_614, t615_616, t617_618, t619_620, t621_622, t623_624, t625_626, t627_628, t629_630, t631_632, t633_634,
+        t635_636, t637_638, t639_640, t641_642, t643_644, t645_646, t647_648, t649_650, t651_652, t653_654, t655_656,
+        t657_658, t659_660, t661_662, t663_664, t665_666, t667_668, t669_670, t671_672, t673, t674, t675, t676, t677,
+        t678, t679, t680, t681, t682, t683, t684, t685, t686, t687, t688, t689, t690, t691, t692, t693, t694, t695,
+        t696, t697, t698, t699, t700, t701, t702, t703, t704, t705_706, t707_708, t709_710, t711_712, t713_714,
+        t715_716, t717_718, t719_720, t721_722, t723_724, t725_726, t727_728, t729_730, t731_732, t733_734, t735_736,
+        t737_738, t739_740, t741_742, t743_744, t745_746, t747_748, t749_750, t751_752, t753_754, t755_756, t757_758,
+        t759_760, t761_762, t763_764, t765_766, t767_768, t769_770, t771_772, t773_774, t775_776, t777_778, t779_780,
+        t781_782, t783_784, t785_786, t787_788, t789_790, t791_792, t793_794, t795_796, t797_798, t799_800, t801_802,
+        t803_804, t805_806, t807_808, t809_810, t811_812, t813_814, t815_816, t817_818, t819_820, t821_822, t823_824,
+        t825_826, t827_828, t829_830, t831_832, t833_834, t835_836, t837_838, t839_840, t841_842, t843_844, t845_846,
+        t847_848, t849_850, t851_852, t853_854, t855_856, t857_858, t859_860, t861_862, t863_864, t865_866, t867_868,
+        t869_870, t871_872, t873_874, t875_876, t877_878, t879_880, t881_882, t883_884, t885_886, t887_888, t889_890,
+        t891_892, t893_894, t895_896, t897_898, t899_900, t901_902, t903_904, t905_906, t907_908, t909_910, t911_912,
+        t913_914, t915_916, t917_918, t919_920, t921_922, t923_924, t925_926, t927_928, t929_930, t931_932, t933_934,
+        t935_936, t937_938, t939_940, t941_942, t943_944, t945_946, t947_948, t949_950, t951_952, t953_954, t955_956,
+        t957_958, t959_960,
+    );
+    t481_482 = both(R::constant(0.3111)) * two(sin_t0, sin_t1);
+    t483_484 = R::Two::fused(both(R::constant(-0.008)), two(cos_t0, cos_t1), t481_482);
+    t485_486 = R::Two::fused(-t231_232, t483_484, t479_480);
+    t487_488 = t255_256 * t483_484;
+    t489_490 = R::Two::fused(t181_182, t477_478, t487_488);
+    t491_492 = two(sin_t0, sin_t1) * two(sin_t0, sin_t1);
+    t493_494 = two(sin_t0, sin_t1) * two(cos_t0, cos_t1);
+    t495_496 = both(R::constant(0.00024)) * two(cos_t0, cos_t1);
+    t497_498 = R::Two::fused(both(R::constant(0.000016)), two(sin_t0, sin_t1), t495_496);
+    t499_500 = both(R::constant(0.00024)) * two(sin_t0, sin_t1);
+    t501_502 = R::Two::fused(both(R::constant(-0.000016)), two(cos_t0, cos_t1), t499_500);
+    t503_504 = t165_166 - t233_234;
+    t505_506 = t139_140 - t233_234;
+    t507_508 = both(R::constant(0.072308716667)) * t491_492;
+    t509_510 = both(R::constant(0.00172)) * t491_492;
+    t511_512 = R::Two::fused(both(R::constant(-0.00172)), t493_494, t507_508);
+    t513_514 = R::Two::fused(both(R::constant(0.072308716667)), t493_494, t509_510);
+    t515_516 = both(R::constant(0.00086)) - t513_514;
+    t517_518 = t259_260 * t483_484;
+    t519_520 = R::Two::fused(-t261_262, t477_478, t517_518);
+    t521_522 = t185_186 * t483_484;
+    t523_524 = R::Two::fused(-t265_266, t477_478, t521_522);
+    t525_526 = both(R::constant(0.07325338333)) * t155_156;
+    t527_528 = both(R::constant(0.231642)) * t155_156; // right_upper_leg, left_upper_leg: sums of what it carries
+    t529_530 = t139_140 - t165_166;
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t531_532 = t165_166 - t177_178;
+    t533_534 = t139_140 - t177_178;
+    t535_536 = both(R::constant(0.8355)) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t537_538 = R::Two::fused(both(R::constant(0.012)), two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t535_536);
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t539_540 = both(R::constant(0.0727810499985)) - t511_512;
+    t541_542 = both(R::constant(0.0004723333315)) + t511_512;
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t543_544 = both(R::constant(0.8355)) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    t545_546 = R::Two::fused(both(R::constant(-0.012)), two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t543_544);
+    t547_548 = t195_196 * t545_546;
+    t549_550 = R::Two::fused(t181_182, t537_538, t547_548);
+    t551_552 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t553_554 = t261_262 * t539_540;
+    t555_556 = R::Two::fused(t185_186 * two(R::constant(1.0), R::constant(-1.0)), t501_502, t553_554);
+    t557_558 = R::Two::fused(t259_260, t515_516, t555_556);
+    t559_560 = R::Two::fused(t497_498 * two(R::constant(1.0), R::constant(-1.0)), t503_504, t557_558);
+    t561_562 = t259_260 * t541_542;
+    t563_564 = R::Two::fused(t261_262, t515_516, t561_562);
+    t565_566 = R::Two::fused(t181_182 * two(R::constant(1.0), R::constant(-1.0)), t497_498, t563_564);
+    t567_568 = R::Two::fused(t501_502 * two(R::constant(-1.0), R::constant(1.0)), t505_506, t565_566);
+    t569_570 = R::Two::fused(-t225_226, t477_478, t559_560);
+    t571_572 = R::Two::fused(t225_226, t483_484, t567_568);
+    t573_574 = t539_540 - t541_542;
+    t575_576 = R::Two::fused(-t167_168, t573_574, t525_526);
+    t577_578 = R::Two::fused(t257_258 * two(R::constant(1.0), R::constant(-1.0)), t497_498, t575_576);
+    t579_580 = R::Two::fused(t263_264 * two(R::constant(1.0), R::constant(-1.0)), t501_502, t577_578);
+    t581_582 = R::Two::fused(t515_516, t529_530, t579_580);
+    t583_584 = t581_582 + t485_486;
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t585_586 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t587_588 = both(R::constant(0.22879800003)) * t551_552;
+    t589_590 = both(R::constant(0.004)) * t551_552;
+    t591_592 = R::Two::fused(both(R::constant(-0.004)), t585_586, t587_588);
+    t593_594 = R::Two::fused(both(R::constant(0.22879800003)), t585_586, t589_590);
+    t595_596 = both(R::constant(0.002)) - t593_594;
+    t597_598 = both(R::constant(0.00193)) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t599_600 = R::Two::fused(both(R::constant(0.000048)), two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t597_598);
+    t601_602 = both(R::constant(0.00193)) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    t603_604 = R::Two::fused(both(R::constant(-0.000048)), two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t601_602);
+    t605_606 = t203_204 * t545_546;
+    t607_608 = R::Two::fused(-t215_216, t537_538, t605_606);
+    t609_610 = t185_186 * t545_546;
+    t611_612 = R::Two::fused(-t207_208, t537_538, t609_610);
+    t613_614 = t113_114 * t537_538;
+    t615_616 = R::Two::fused(-t161_162, t545_546, t613_614);
+    t617_618 = both(R::constant(0.230220000015)) - t591_592;
+    t619_620 = both(R::constant(0.001421999985)) + t591_592;
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t621_622 = t171_172 * both(R::constant(0.00151725002));
+    t623_624 = R::Two::fused(two(R::constant(0.01), R::constant(-0.01)), t113_114, t621_622);
     t625_626 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
     t627_628 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t629_630 = t77_78 * both(R::constant(0.0005199999995));
-    t631_632 = t75_76 * both(R::constant(0.0004299999995));
-    t633_634 = R::Two::fused(both(R::constant(-0.008)), t39_40, t629_630);
-    t635_636 = R::Two::fused(both(R::constant(-0.008)), t71_72, t631_632);
-    t637_638 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
-    t639_640 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
+    t629_630 = t123_124 * both(R::constant(0.0005199999995));
+    t631_632 = R::Two::fused(both(R::constant(-0.008)), t84_85, t629_630);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t633_634 = t215_216 * t617_618;
+    t635_636 = R::Two::fused(t185_186 * two(R::constant(1.0), R::constant(-1.0)), t603_604, t633_634);
+    t637_638 = R::Two::fused(t203_204, t595_596, t635_636);
+    t639_640 = R::Two::fused(t599_600 * two(R::constant(1.0), R::constant(-1.0)), t531_532, t637_638);
+    t641_642 = t203_204 * t619_620;
+    t643_644 = R::Two::fused(t215_216, t595_596, t641_642);
+    t645_646 = R::Two::fused(t181_182 * two(R::constant(1.0), R::constant(-1.0)), t599_600, t643_644);
+    t647_648 = R::Two::fused(t603_604 * two(R::constant(-1.0), R::constant(1.0)), t533_534, t645_646);
+    t649_650 = R::Two::fused(-t149_150, t537_538, t639_640);
+    t651_652 = R::Two::fused(t149_150, t545_546, t647_648);
+    t653_654 = t617_618 - t619_620;
+    t655_656 = R::Two::fused(-t167_168, t653_654, t527_528);
+    t657_658 = R::Two::fused(t201_202 * two(R::constant(1.0), R::constant(-1.0)), t599_600, t655_656);
+    t659_660 = R::Two::fused(t217_218 * two(R::constant(1.0), R::constant(-1.0)), t603_604, t657_658);
+    t661_662 = R::Two::fused(t529_530, t595_596, t659_660);
+    t663_664 = t661_662 + t615_616;
+    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
+    t665_666 = t121_122 * both(R::constant(0.0004299999995));
+    t667_668 = R::Two::fused(both(R::constant(-0.008)), t115_116, t665_666);
+    t669_670 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
+    t671_672 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
     // torso: sums of what it carries
-    t641 = R::constant(0.20808) * t25;
-    t642 = R::fused(R::constant(0.0102), t26, t641);
-    t643 = R::fused(R::constant(2.4915), t27, t642);
-    t644 = R::constant(0.20808) * t26;
-    t645 = R::fused(R::constant(0.0102), t29, t644);
-    t646 = R::fused(R::constant(-2.4915), t30, t645);
-    t647 = R::constant(0.20808) * t27;
-    t648 = R::fused(R::constant(-0.0102), t30, t647);
-    t649 = R::fused(R::constant(2.4915), t31, t648);
-    t650 = R::fused(R::constant(19.0), t20, t643);
-    t651 = R::fused(R::constant(-19.0), t21, t646);
-    t652 = R::fused(R::constant(-19.0), t22, t649);
-    t653 = t30 * R::constant(0.652473302);
-    t654 = t23 - t24;
-    t655 = R::fused(R::constant(0.00220808), t27, t653);
-    t656 = R::fused(R::constant(-0.0404594), t26, t655);
-    t657 = R::fused(R::constant(0.0014735), t654, t656);
-    t658 = t27 * R::constant(0.748563918);
-    t659 = t24 - t28;
-    t660 = R::fused(R::constant(0.0014735), t26, t658);
-    t661 = R::fused(R::constant(0.00220808), t30, t660);
-    t662 = R::fused(R::constant(0.0404594), t659, t661);
-    t663 = t26 * R::constant(0.096090616);
-    t664 = t23 - t28;
-    t665 = R::fused(R::constant(0.0404594), t30, t663);
-    t666 = R::fused(R::constant(0.0014735), t27, t665);
-    t667 = R::fused(R::constant(0.00220808), t664, t666);
-    t668 = R::constant(0.0102) * t22;
-    t669 = R::fused(R::constant(-2.4915), t21, t668);
-    t670 = R::constant(2.4915) * t20;
-    t671 = R::fused(R::constant(0.20808), t22, t670);
-    t672 = R::constant(0.20808) * t21;
-    t673 = R::fused(R::constant(0.0102), t20, t672);
-    t674 = t657 - t669;
-    t675 = t662 + t671;
-    t676 = t667 + t673;
-    t677_678 = two(tau_right_ankle_roll, tau_left_ankle_roll) + t375_376; // other
-    t679_680 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(0.4982360924011495));
-    t681_682 = t677_678 * both(R::constant(814.1112620933816)); // other
+    t673 = R::constant(0.20808) * t53;
+    t674 = R::fused(R::constant(0.0102), t81, t673);
+    t675 = R::fused(R::constant(-2.4915), t71, t674);
+    t676 = R::fused(R::constant(-19.0), t64, t675);
+    t677 = R::constant(0.20808) * t54;
+    t678 = R::fused(R::constant(-0.0102), t71, t677);
+    t679 = R::fused(R::constant(2.4915), t82, t678);
+    t680 = R::fused(R::constant(-19.0), t58, t679);
+    t681 = t71 * R::constant(0.652473302);
+    t682 = R::fused(R::constant(0.00220808), t54, t681);
+    t683 = R::fused(R::constant(-0.0404594), t53, t682);
+    t684 = t51 - t52;
+    t685 = R::fused(R::constant(0.0014735), t684, t683);
+    t686 = t52 - t70;
+    t687 = t51 - t70;
+    t688 = t54 * R::constant(0.748563918);
+    t689 = R::fused(R::constant(0.0014735), t53, t688);
+    t690 = t53 * R::constant(0.096090616);
+    t691 = R::fused(R::constant(0.0404594), t71, t690);
+    t692 = R::fused(R::constant(0.00220808), t71, t689);
+    t693 = R::fused(R::constant(0.0014735), t54, t691);
+    t694 = R::fused(R::constant(0.0404594), t686, t692);
+    t695 = R::fused(R::constant(0.00220808), t687, t693);
+    t696 = R::constant(0.0102) * t58;
+    t697 = R::fused(R::constant(-2.4915), t64, t696);
+    t698 = t685 - t697;
+    t699 = R::constant(0.20808) * t64;
+    t700 = R::fused(R::constant(0.0102), t61, t699);
+    t701 = t695 + t700;
+    t702 = R::constant(2.4915) * t61;
+    t703 = R::fused(R::constant(0.20808), t58, t702);
+    t704 = t694 + t703;
+    t705_706 = t405_406 * both(R::constant(814.1112620933816)); // other
     // right_foot, left_foot: articulated inertia
-    t683_684 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(13.432835824540797));
-    t685_686 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(13.432835824540797));
-    t687_688 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.4982360924011495));
-    t689_690 = t307_308 * t683_684;
-    t691_692 = t305_306 * t683_684;
-    t693_694 = t305_306 * t685_686;
-    t695_696 = t321_322 * t683_684;
-    t697_698 = t323_324 * t683_684;
-    t699_700 = t323_324 * t685_686;
-    t701_702 = R::Two::fused(-t321_322, t679_680, t319_320);
-    t703_704 = R::Two::fused(-t323_324, t679_680, t315_316);
-    t705_706 = R::Two::fused(-t323_324, t687_688, t317_318);
-    t707_708 = R::Two::fused(-t307_308, t681_682, t331_332);
-    t709_710 = R::Two::fused(-t305_306, t681_682, t335_336);
-    t711_712 = R::Two::fused(t321_322, t681_682, t377_378);
-    t713_714 = R::Two::fused(t323_324, t681_682, t379_380);
-    t715_716 = both(R::constant(0.037)) * t691_692;
-    t717_718 = both(R::constant(0.037)) * t695_696;
-    t719_720 = t381_382 + t701_702;
-    t721_722 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0006105)), -t703_704);
-    t723_724 = t381_382 + t719_720;
-    t725_726 = R::Two::fused(both(R::constant(-0.037)), t707_708, two(tau_right_ankle_roll, tau_left_ankle_roll));
-    t727_728 = R::Two::fused(both(R::constant(0.037)), t327_328, -t711_712);
+    t707_708 = R::Two::fused(-t12_13, t705_706, t373_374);
+    t709_710 = R::Two::fused(-t16_17, t705_706, t385_386);
+    t711_712 = t353_354 - t709_710; // right_ankle, left_ankle: articulated inertia
+    t713_714 = R::Two::fused(t6_7, t705_706, t435_436);
+    t715_716 = R::Two::fused(t143_144, t705_706, t437_438);
+    t717_718 = R::Two::fused(both(R::constant(0.037)), t379_380, -t713_714);
     // right_ankle, left_ankle: articulated inertia
-    t729_730 = R::Two::fused(both(R::constant(-0.037)), t689_690, both(R::constant(0.023125)));
-    t731_732 = R::Two::fused(-t321_322, t685_686, both(R::constant(0.0154)));
-    t733_734 = both(R::constant(0.0154)) - t697_698;
-    t735_736 = R::Two::fused(both(R::constant(-0.001369)), t689_690, both(R::constant(0.0008355375)));
-    t737_738 = R::Two::fused(both(R::constant(-0.037)), t697_698, both(R::constant(0.0005698)));
-    t739_740 = both(R::constant(0.0039379874985)) + t723_724;
-    t741_742 = both(R::constant(0.0031024499985)) + t705_706;
-    t743_744 = t389_390 - t707_708;
-    t745_746 = t393_394 - t709_710;
-    t747_748 = R::Two::fused(two(cos_t2, cos_t3), t745_746, t425_426);
-    t749_750 = R::Two::fused(-two(sin_t2, sin_t3), t745_746, t427_428);
-    t751_752 = t415_416 - t725_726;
-    t753_754 = t417_418 - t727_728;
-    t755_756 = t419_420 + t713_714;
-    t757_758 = two(cos_t2, cos_t3) * t755_756;
-    t759_760 = R::Two::fused(two(sin_t2, sin_t3), t751_752, t757_758);
-    t761_762 = two(sin_t2, sin_t3) * t755_756;
-    t763_764 = R::Two::fused(-two(cos_t2, cos_t3), t751_752, t761_762);
-    t765_766 = t433_434 * t693_694;
-    t767_768 = t435_436 * t693_694;
-    t769_770 = t693_694 - t765_766;
-    t771_772 = two(cos_t2, cos_t3) * t691_692;
-    t773_774 = two(sin_t2, sin_t3) * t691_692;
-    t775_776 = t305_306 + t715_716;
-    t777_778 = t433_434 * t699_700;
-    t779_780 = R::Two::fused(t435_436, t775_776, t777_778);
-    t781_782 = t433_434 * t775_776;
-    t783_784 = R::Two::fused(-t435_436, t699_700, t781_782);
-    t785_786 = t699_700 - t779_780;
-    t787_788 = t305_306 - t783_784;
-    t789_790 = t715_716 - t783_784;
-    t791_792 = two(cos_t2, cos_t3) * t733_734;
-    t793_794 = R::Two::fused(-two(sin_t2, sin_t3), t729_730, t791_792);
-    t795_796 = two(sin_t2, sin_t3) * t733_734;
-    t797_798 = R::Two::fused(two(cos_t2, cos_t3), t729_730, t795_796);
-    t799_800 = R::Two::fused(-two(cos_t2, cos_t3), t731_732, t431_432);
-    t801_802 = R::Two::fused(two(sin_t2, sin_t3), t731_732, t429_430);
-    t803_804 = t735_736 - t741_742;
-    t805_806 = both(R::constant(2.0)) * t737_738;
-    t807_808 = t433_434 * t803_804;
-    t809_810 = R::Two::fused(-t435_436, t805_806, t807_808);
-    t811_812 = t433_434 * t805_806;
-    t813_814 = R::Two::fused(t435_436, t803_804, t811_812);
-    t815_816 = t741_742 + t809_810;
-    t817_818 = t735_736 - t809_810;
-    t819_820 = t737_738 - t813_814;
-    t821_822 = two(cos_t2, cos_t3) * t721_722;
-    t823_824 = R::Two::fused(-two(sin_t2, sin_t3), t717_718, t821_822);
-    t825_826 = two(sin_t2, sin_t3) * t721_722;
-    t827_828 = R::Two::fused(two(cos_t2, cos_t3), t717_718, t825_826);
-    t829_830 = two(tau_right_ankle_pitch, tau_left_ankle_pitch) + t753_754;
-    t831_832 = both(R::constant(1.0)) / t739_740;
-    t833_834 = t801_802 * t831_832;
-    t835_836 = t695_696 * t831_832;
-    t837_838 = t799_800 * t831_832;
-    t839_840 = t827_828 * t831_832;
-    t841_842 = t823_824 * t831_832;
-    t843_844 = R::Two::fused(t801_802, t833_834, t765_766);
-    t845_846 = R::Two::fused(-t695_696, t833_834, t773_774);
-    t847_848 = R::Two::fused(-t799_800, t833_834, t767_768);
-    t849_850 = R::Two::fused(t695_696, t835_836, t689_690);
-    t851_852 = R::Two::fused(t799_800, t835_836, t771_772);
-    t853_854 = R::Two::fused(t799_800, t837_838, t769_770);
-    t855_856 = R::Two::fused(-t827_828, t833_834, t779_780);
-    t857_858 = R::Two::fused(-t827_828, t835_836, t797_798);
-    t859_860 = R::Two::fused(t827_828, t837_838, t789_790);
-    t861_862 = R::Two::fused(-t823_824, t833_834, t787_788);
-    t863_864 = R::Two::fused(-t823_824, t835_836, t793_794);
-    t865_866 = R::Two::fused(t823_824, t837_838, t785_786);
-    t867_868 = R::Two::fused(-t827_828, t839_840, t817_818);
-    t869_870 = R::Two::fused(-t823_824, t839_840, t819_820);
-    t871_872 = R::Two::fused(-t823_824, t841_842, t815_816);
-    t873_874 = t829_830 * t831_832;
-    t875_876 = R::Two::fused(t801_802, t873_874, t749_750);
-    t877_878 = R::Two::fused(t695_696, t873_874, t743_744);
-    t879_880 = R::Two::fused(t799_800, t873_874, t747_748);
-    t881_882 = R::Two::fused(t827_828, t873_874, t763_764);
-    t883_884 = R::Two::fused(-t739_740, t873_874, t753_754);
-    t885_886 = R::Two::fused(t823_824, t873_874, t759_760);
-    t887_888 = t199_200 * t845_846;
-    t889_890 = t199_200 * t843_844;
-    t891_892 = R::Two::fused(-t201_202, t847_848, t889_890);
-    t893_894 = t201_202 * t851_852;
-    t895_896 = t887_888 - t893_894;
-    t897_898 = t199_200 * t847_848;
-    t899_900 = R::Two::fused(-t201_202, t853_854, t897_898);
-    t901_902 = t855_856 + t887_888;
-    t903_904 = R::Two::fused(-t199_200, t849_850, t857_858);
-    t905_906 = R::Two::fused(t199_200, t851_852, t859_860);
-    t907_908 = R::Two::fused(-t201_202, t845_846, t861_862);
-    t909_910 = R::Two::fused(t201_202, t849_850, t863_864);
-    t911_912 = t865_866 - t893_894;
-    t913_914 = t199_200 * t855_856;
-    t915_916 = R::Two::fused(-t201_202, t859_860, t913_914);
-    t917_918 = R::Two::fused(t199_200, t857_858, t867_868);
-    t919_920 = R::Two::fused(-t201_202, t857_858, t869_870);
-    t921_922 = R::Two::fused(-t201_202, t863_864, t871_872);
-    t923_924 = t199_200 * t891_892;
-    t925_926 = R::Two::fused(-t201_202, t899_900, t923_924);
-    t927_928 = t199_200 * t907_908;
-    t929_930 = R::Two::fused(-t201_202, t911_912, t927_928);
-    t931_932 = R::Two::fused(t199_200, t903_904, t917_918);
-    t933_934 = R::Two::fused(t199_200, t895_896, t915_916);
-    t935_936 = R::Two::fused(t199_200, t909_910, t919_920);
-    t937_938 = R::Two::fused(-t201_202, t909_910, t921_922);
-    t939_940 = t199_200 * t875_876;
-    t941_942 = R::Two::fused(t201_202, t879_880, t939_940);
-    t943_944 = R::Two::fused(t199_200, t877_878, t881_882);
-    t945_946 = t883_884 - t941_942;
-    t947_948 = R::Two::fused(-t201_202, t877_878, t885_886);
+    t719_720 = t453_454 + t715_716;
+    t721_722 = t461_462 - t717_718;
+    t723_724 = t441_442 - t707_708;
+    t725_726 = R::Two::fused(both(R::constant(-0.037)), t707_708, two(tau_right_ankle_roll, tau_left_ankle_roll));
+    t727_728 = t451_452 - t725_726;
+    t729_730 = R::Two::fused(two(cos_t2, cos_t3), t711_712, t463_464);
+    t731_732 = R::Two::fused(-two(sin_t2, sin_t3), t711_712, t465_466);
+    // right_foot, left_foot: articulated inertia
+    t733_734 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(13.432835824540797));
+    t735_736 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.4982360924011495));
+    t737_738 = R::Two::fused(-t143_144, t735_736, t38_39);
+    // right_ankle, left_ankle: articulated inertia
+    t739_740 = both(R::constant(0.0031024499985)) + t737_738;
+    t741_742 = t18_19 * t32_33;
+    t743_744 = t22_23 * t32_33;
+    t745_746 = t32_33 - t741_742;
+    t747_748 = t18_19 * t145_146;
+    // right_foot, left_foot: articulated inertia
+    t749_750 = t12_13 * t733_734;
+    t751_752 = t16_17 * t733_734;
+    t753_754 = t6_7 * t733_734;
+    t755_756 = t143_144 * t733_734;
+    // right_ankle, left_ankle: articulated inertia
+    t757_758 = two(cos_t2, cos_t3) * t719_720;
+    t759_760 = two(sin_t2, sin_t3) * t719_720;
+    t761_762 = R::Two::fused(two(sin_t2, sin_t3), t727_728, t757_758);
+    t763_764 = R::Two::fused(-two(cos_t2, cos_t3), t727_728, t759_760);
+    t765_766 = both(R::constant(0.037)) * t751_752; // right_foot, left_foot: articulated inertia
+    t767_768 = R::Two::fused(both(R::constant(-0.037)), t749_750, both(R::constant(0.023125)));
+    t769_770 = both(R::constant(0.037)) * t753_754; // right_foot, left_foot: articulated inertia
+    t771_772 = both(R::constant(0.0154)) - t755_756;
+    t773_774 = R::Two::fused(both(R::constant(-0.037)), t755_756, both(R::constant(0.0005698)));
+    t775_776 = R::Two::fused(both(R::constant(-0.001369)), t749_750, both(R::constant(0.0008355375)));
+    t777_778 = two(cos_t2, cos_t3) * t751_752;
+    t779_780 = two(sin_t2, sin_t3) * t751_752;
+    t781_782 = t16_17 + t765_766;
+    t783_784 = R::Two::fused(t22_23, t781_782, t747_748);
+    t785_786 = t18_19 * t781_782;
+    t787_788 = R::Two::fused(-t22_23, t145_146, t785_786);
+    t789_790 = t145_146 - t783_784;
+    t791_792 = t765_766 - t787_788;
+    t793_794 = t16_17 - t787_788;
+    t795_796 = two(cos_t2, cos_t3) * t771_772;
+    t797_798 = two(sin_t2, sin_t3) * t771_772;
+    t799_800 = R::Two::fused(-two(sin_t2, sin_t3), t767_768, t795_796);
+    t801_802 = R::Two::fused(two(cos_t2, cos_t3), t767_768, t797_798);
+    t803_804 = t775_776 - t739_740;
+    t805_806 = both(R::constant(2.0)) * t773_774;
+    t807_808 = two(cos_t2, cos_t3) * t425_426;
+    t809_810 = two(sin_t2, sin_t3) * t425_426;
+    t811_812 = R::Two::fused(-two(sin_t2, sin_t3), t769_770, t807_808);
+    t813_814 = R::Two::fused(two(cos_t2, cos_t3), t769_770, t809_810);
+    t815_816 = two(tau_right_ankle_pitch, tau_left_ankle_pitch) + t721_722;
+    t817_818 = t18_19 * t803_804;
+    t819_820 = t18_19 * t805_806;
+    t821_822 = R::Two::fused(-t22_23, t805_806, t817_818);
+    t823_824 = R::Two::fused(t22_23, t803_804, t819_820);
+    t825_826 = t773_774 - t823_824;
+    t827_828 = t739_740 + t821_822;
+    t829_830 = t775_776 - t821_822;
+    t831_832 = both(R::constant(1.0)) / t433_434;
+    t833_834 = t471_472 * t831_832;
+    t835_836 = R::Two::fused(t471_472, t833_834, t741_742);
+    t837_838 = R::Two::fused(-t753_754, t833_834, t779_780);
+    t839_840 = R::Two::fused(-t473_474, t833_834, t743_744);
+    t841_842 = R::Two::fused(-t813_814, t833_834, t783_784);
+    t843_844 = R::Two::fused(-t811_812, t833_834, t793_794);
+    t845_846 = R::Two::fused(-t26_27, t837_838, t843_844);
+    t847_848 = t753_754 * t831_832;
+    t849_850 = R::Two::fused(t753_754, t847_848, t749_750);
+    t851_852 = R::Two::fused(t473_474, t847_848, t777_778);
+    t853_854 = R::Two::fused(-t813_814, t847_848, t801_802);
+    t855_856 = R::Two::fused(-t811_812, t847_848, t799_800);
+    t857_858 = t473_474 * t831_832;
+    t859_860 = R::Two::fused(t473_474, t857_858, t745_746);
+    t861_862 = R::Two::fused(t813_814, t857_858, t791_792);
+    t863_864 = R::Two::fused(t811_812, t857_858, t789_790);
+    t865_866 = t813_814 * t831_832;
+    t867_868 = R::Two::fused(-t813_814, t865_866, t829_830);
+    t869_870 = R::Two::fused(-t811_812, t865_866, t825_826);
+    t871_872 = R::Two::fused(t24_25, t853_854, t867_868);
+    t873_874 = R::Two::fused(-t26_27, t853_854, t869_870);
+    t875_876 = R::Two::fused(-t24_25, t849_850, t853_854);
+    t877_878 = R::Two::fused(t24_25, t875_876, t871_872);
     // right_lower_leg, left_lower_leg: articulated inertia
-    t949_950 = t439_440 + t903_904;
-    t951_952 = t439_440 - t891_892;
-    t953_954 = t443_444 + t899_900;
-    t955_956 = t443_444 - t909_910;
-    t957_958 = t457_458 + t931_932;
-    t959_960 = R::Two::fused(t933_934, two(R::constant(-1.0), R::constant(1.0)), t469_470);
+    t879_880 = t539_540 + t877_878;
+    t881_882 = t477_478 + t875_876;
+    // right_ankle, left_ankle: articulated inertia
+    t883_884 = t811_812 * t831_832;
+    t885_886 = R::Two::fused(-t811_812, t883_884, t827_828);
+    t887_888 = R::Two::fused(-t26_27, t855_856, t885_886);
+    t889_890 = R::Two::fused(t26_27, t849_850, t855_856);
+    t891_892 = R::Two::fused(t24_25, t889_890, t873_874);
+    t893_894 = t515_516 + t891_892; // right_lower_leg, left_lower_leg: articulated inertia
+    t895_896 = R::Two::fused(-t26_27, t889_890, t887_888);
+    // right_lower_leg, left_lower_leg: articulated inertia
+    t897_898 = t541_542 + t895_896;
+    t899_900 = t483_484 - t889_890;
+    // right_ankle, left_ankle: articulated inertia
+    t901_902 = t815_816 * t831_832;
+    t903_904 = R::Two::fused(t471_472, t901_902, t731_732);
+    t905_906 = R::Two::fused(t753_754, t901_902, t723_724);
+    t907_908 = R::Two::fused(t473_474, t901_902, t729_730);
+    t909_910 = R::Two::fused(t813_814, t901_902, t763_764);
+    t911_912 = R::Two::fused(-t433_434, t901_902, t721_722);
+    t913_914 = R::Two::fused(t811_812, t901_902, t761_762);
+    t915_916 = R::Two::fused(t24_25, t905_906, t909_910);
+    t917_918 = t569_570 + t915_916; // right_lower_leg, left_lower_leg: articulated inertia
+    t919_920 = R::Two::fused(-t26_27, t905_906, t913_914);
+    // right_lower_leg, left_lower_leg: articulated inertia
+    t921_922 = t519_520 - t905_906;
+    t923_924 = t571_572 + t919_920;
+    t925_926 = t489_490 - t903_904;
+    t927_928 = t24_25 * t903_904; // right_ankle, left_ankle: articulated inertia
+    t929_930 = t523_524 - t907_908;
+    // right_ankle, left_ankle: articulated inertia
+    t931_932 = R::Two::fused(t26_27, t907_908, t927_928);
+    t933_934 = t911_912 - t931_932;
+    t935_936 = t583_584 + t933_934; // right_lower_leg, left_lower_leg: articulated inertia
+    t937_938 = t24_25 * t837_838;
+    t939_940 = t24_25 * t835_836;
+    t941_942 = R::Two::fused(-t26_27, t839_840, t939_940);
+    t943_944 = t477_478 - t941_942; // right_lower_leg, left_lower_leg: articulated inertia
+    t945_946 = t24_25 * t941_942;
+    t947_948 = t26_27 * t851_852;
+    t949_950 = t863_864 - t947_948;
+    t951_952 = t937_938 - t947_948;
+    t953_954 = t841_842 + t937_938;
+    t955_956 = t24_25 * t841_842;
+    t957_958 = R::Two::fused(-t26_27, t861_862, t955_956);
+    t959_960 = R::Two::fused(t24_25, t851_852, t861_862);
     let (
         t961_962, t963_964, t965_966, t967_968, t969_970, t971_972, t973_974, t975_976, t977_978, t979_980, t981_982,
         t983_984, t985_986, t987_988, t989_990, t991_992, t993_994, t995_996, t997_998, t999_1000, t1001_1002,
@@ -707,578 +743,599 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
         t1453_1454, t1455_1456, t1457_1458, t1459_1460, t1461_1462, t1463_1464, t1465_1466, t1467_1468, t1469_1470,
         t1471_1472,
     );
-    t961_962 = t461_462 + t935_936;
-    t963_964 = both(R::constant(0.07325338333)) - t925_926;
-    t965_966 = R::Two::fused(t929_930, two(R::constant(-1.0), R::constant(1.0)), t465_466);
-    t967_968 = t459_460 + t937_938;
-    t969_970 = t473_474 - t875_876;
-    t971_972 = t477_478 - t877_878;
-    t973_974 = t481_482 - t879_880;
-    t975_976 = t521_522 + t943_944;
-    t977_978 = t523_524 + t945_946;
-    t979_980 = t525_526 + t947_948;
-    t981_982 = two(tau_right_knee_pitch, tau_left_knee_pitch) + t977_978;
-    t983_984 = both(R::constant(1.0)) / t963_964;
-    t985_986 = t951_952 * t983_984;
-    t987_988 = t895_896 * t983_984;
-    t989_990 = t953_954 * t983_984;
-    t991_992 = t959_960 * t983_984;
-    t993_994 = t965_966 * t983_984;
-    t995_996 = R::Two::fused(t951_952, t985_986, t843_844);
-    t997_998 = R::Two::fused(-t895_896, t985_986, t845_846);
-    t999_1000 = R::Two::fused(-t953_954, t985_986, t847_848);
-    t1001_1002 = R::Two::fused(t895_896, t987_988, t849_850);
-    t1003_1004 = R::Two::fused(t953_954, t987_988, t851_852);
-    t1005_1006 = R::Two::fused(t953_954, t989_990, t853_854);
-    t1007_1008 = R::Two::fused(t959_960 * two(R::constant(1.0), R::constant(-1.0)), t985_986, t901_902);
-    t1009_1010 = R::Two::fused(t959_960 * two(R::constant(1.0), R::constant(-1.0)), t987_988, t949_950);
-    t1011_1012 = R::Two::fused(t959_960 * two(R::constant(-1.0), R::constant(1.0)), t989_990, t905_906);
-    t1013_1014 = R::Two::fused(t965_966 * two(R::constant(1.0), R::constant(-1.0)), t985_986, t907_908);
-    t1015_1016 = R::Two::fused(t965_966 * two(R::constant(-1.0), R::constant(1.0)), t987_988, t955_956);
-    t1017_1018 = R::Two::fused(t965_966 * two(R::constant(-1.0), R::constant(1.0)), t989_990, t911_912);
-    t1019_1020 = R::Two::fused(-t959_960, t991_992, t957_958);
-    t1021_1022 = R::Two::fused(-t965_966, t991_992, t961_962);
-    t1023_1024 = R::Two::fused(-t965_966, t993_994, t967_968);
-    t1025_1026 = t981_982 * t983_984;
-    t1027_1028 = R::Two::fused(-t951_952, t1025_1026, t969_970);
-    t1029_1030 = R::Two::fused(-t895_896, t1025_1026, t971_972);
-    t1031_1032 = R::Two::fused(-t953_954, t1025_1026, t973_974);
-    t1033_1034 = R::Two::fused(t959_960 * two(R::constant(-1.0), R::constant(1.0)), t1025_1026, t975_976);
-    t1035_1036 = R::Two::fused(-t963_964, t1025_1026, t977_978);
-    t1037_1038 = R::Two::fused(t965_966 * two(R::constant(-1.0), R::constant(1.0)), t1025_1026, t979_980);
-    t1039_1040 = t153_154 * t997_998;
-    t1041_1042 = t153_154 * t995_996;
-    t1043_1044 = R::Two::fused(-t155_156, t999_1000, t1041_1042);
-    t1045_1046 = t155_156 * t1003_1004;
-    t1047_1048 = t1039_1040 - t1045_1046;
-    t1049_1050 = t153_154 * t999_1000;
-    t1051_1052 = R::Two::fused(-t155_156, t1005_1006, t1049_1050);
-    t1053_1054 = t1007_1008 + t1039_1040;
-    t1055_1056 = R::Two::fused(-t153_154, t1001_1002, t1009_1010);
-    t1057_1058 = R::Two::fused(t153_154, t1003_1004, t1011_1012);
-    t1059_1060 = R::Two::fused(-t155_156, t997_998, t1013_1014);
-    t1061_1062 = R::Two::fused(-t155_156, t1001_1002, t1015_1016);
-    t1063_1064 = t1017_1018 - t1045_1046;
-    t1065_1066 = t153_154 * t1007_1008;
-    t1067_1068 = R::Two::fused(-t155_156, t1011_1012, t1065_1066);
-    t1069_1070 = R::Two::fused(t153_154, t1009_1010, t1019_1020);
-    t1071_1072 = R::Two::fused(-t155_156, t1009_1010, t1021_1022);
-    t1073_1074 = R::Two::fused(t155_156, t1015_1016, t1023_1024);
-    t1075_1076 = t153_154 * t1043_1044;
-    t1077_1078 = R::Two::fused(-t155_156, t1051_1052, t1075_1076);
-    t1079_1080 = t153_154 * t1059_1060;
-    t1081_1082 = R::Two::fused(-t155_156, t1063_1064, t1079_1080);
-    t1083_1084 = R::Two::fused(t153_154, t1055_1056, t1069_1070);
-    t1085_1086 = R::Two::fused(t153_154, t1047_1048, t1067_1068);
-    t1087_1088 = R::Two::fused(-t153_154, t1061_1062, t1071_1072);
-    t1089_1090 = R::Two::fused(t155_156, t1061_1062, t1073_1074);
-    t1091_1092 = t153_154 * t1027_1028;
-    t1093_1094 = R::Two::fused(t155_156, t1031_1032, t1091_1092);
-    t1095_1096 = R::Two::fused(-t153_154, t1029_1030, t1033_1034);
-    t1097_1098 = t1035_1036 + t1093_1094;
-    t1099_1100 = R::Two::fused(t155_156, t1029_1030, t1037_1038);
+    t961_962 = R::Two::fused(t24_25, t951_952, t957_958);
+    t963_964 = R::Two::fused(t961_962, two(R::constant(-1.0), R::constant(1.0)), t501_502);
+    t965_966 = t24_25 * t839_840;
+    t967_968 = R::Two::fused(-t26_27, t859_860, t965_966);
+    t969_970 = R::Two::fused(-t26_27, t967_968, t945_946);
+    // right_lower_leg, left_lower_leg: articulated inertia
+    t971_972 = t483_484 + t967_968;
+    t973_974 = both(R::constant(0.07325338333)) - t969_970;
+    // right_ankle, left_ankle: articulated inertia
+    t975_976 = t24_25 * t845_846;
+    t977_978 = R::Two::fused(-t26_27, t949_950, t975_976);
+    // right_lower_leg, left_lower_leg: articulated inertia
+    t979_980 = R::Two::fused(t977_978, two(R::constant(-1.0), R::constant(1.0)), t497_498);
+    t981_982 = two(tau_right_knee_pitch, tau_left_knee_pitch) + t935_936;
+    t983_984 = both(R::constant(1.0)) / t973_974;
+    t985_986 = t943_944 * t983_984;
+    t987_988 = R::Two::fused(t943_944, t985_986, t835_836);
+    t989_990 = R::Two::fused(-t951_952, t985_986, t837_838);
+    t991_992 = R::Two::fused(-t971_972, t985_986, t839_840);
+    t993_994 = R::Two::fused(t963_964 * two(R::constant(1.0), R::constant(-1.0)), t985_986, t953_954);
+    t995_996 = R::Two::fused(t979_980 * two(R::constant(1.0), R::constant(-1.0)), t985_986, t845_846);
+    t997_998 = R::Two::fused(-t141_142, t989_990, t995_996);
+    t999_1000 = t951_952 * t983_984;
+    t1001_1002 = R::Two::fused(t951_952, t999_1000, t849_850);
+    t1003_1004 = R::Two::fused(t971_972, t999_1000, t851_852);
+    t1005_1006 = R::Two::fused(t963_964 * two(R::constant(1.0), R::constant(-1.0)), t999_1000, t881_882);
+    t1007_1008 = R::Two::fused(t979_980 * two(R::constant(-1.0), R::constant(1.0)), t999_1000, t899_900);
+    t1009_1010 = t971_972 * t983_984;
+    t1011_1012 = R::Two::fused(t971_972, t1009_1010, t859_860);
+    t1013_1014 = R::Two::fused(t963_964 * two(R::constant(-1.0), R::constant(1.0)), t1009_1010, t959_960);
+    t1015_1016 = R::Two::fused(t979_980 * two(R::constant(-1.0), R::constant(1.0)), t1009_1010, t949_950);
+    t1017_1018 = t963_964 * t983_984;
+    t1019_1020 = R::Two::fused(-t963_964, t1017_1018, t879_880);
+    t1021_1022 = R::Two::fused(-t979_980, t1017_1018, t893_894);
+    t1023_1024 = R::Two::fused(t119_120, t1005_1006, t1019_1020);
+    t1025_1026 = R::Two::fused(-t141_142, t1005_1006, t1021_1022);
+    t1027_1028 = R::Two::fused(-t119_120, t1001_1002, t1005_1006);
+    t1029_1030 = R::Two::fused(t119_120, t1027_1028, t1023_1024);
     // right_upper_leg, left_upper_leg: articulated inertia
-    t1101_1102 = t529_530 + t1055_1056;
-    t1103_1104 = t529_530 - t1043_1044;
-    t1105_1106 = t533_534 + t1051_1052;
-    t1107_1108 = t533_534 + t1061_1062;
-    t1109_1110 = t547_548 + t1083_1084;
-    t1111_1112 = R::Two::fused(t1085_1086, two(R::constant(-1.0), R::constant(1.0)), t559_560);
-    t1113_1114 = t551_552 + t1087_1088;
-    t1115_1116 = both(R::constant(0.231642)) - t1077_1078;
-    t1117_1118 = R::Two::fused(t1081_1082, two(R::constant(-1.0), R::constant(1.0)), t555_556);
-    t1119_1120 = t549_550 + t1089_1090;
-    t1121_1122 = t563_564 + t1027_1028;
-    t1123_1124 = t567_568 + t1029_1030;
-    t1125_1126 = t571_572 + t1031_1032;
-    t1127_1128 = t609_610 + t1095_1096;
-    t1129_1130 = t611_612 + t1097_1098;
-    t1131_1132 = t613_614 + t1099_1100;
-    t1133_1134 = two(tau_right_hip_pitch, tau_left_hip_pitch) + t1129_1130;
-    t1135_1136 = both(R::constant(1.0)) / t1115_1116;
-    t1137_1138 = t1103_1104 * t1135_1136;
-    t1139_1140 = t1047_1048 * t1135_1136;
-    t1141_1142 = t1105_1106 * t1135_1136;
-    t1143_1144 = t1111_1112 * t1135_1136;
-    t1145_1146 = t1117_1118 * t1135_1136;
-    t1147_1148 = R::Two::fused(t1103_1104, t1137_1138, t995_996);
-    t1149_1150 = R::Two::fused(-t1047_1048, t1137_1138, t997_998);
-    t1151_1152 = R::Two::fused(-t1105_1106, t1137_1138, t999_1000);
-    t1153_1154 = R::Two::fused(t1047_1048, t1139_1140, t1001_1002);
-    t1155_1156 = R::Two::fused(t1105_1106, t1139_1140, t1003_1004);
-    t1157_1158 = R::Two::fused(t1105_1106, t1141_1142, t1005_1006);
-    t1159_1160 = R::Two::fused(t1111_1112 * two(R::constant(1.0), R::constant(-1.0)), t1137_1138, t1053_1054);
-    t1161_1162 = R::Two::fused(t1111_1112 * two(R::constant(1.0), R::constant(-1.0)), t1139_1140, t1101_1102);
-    t1163_1164 = R::Two::fused(t1111_1112 * two(R::constant(-1.0), R::constant(1.0)), t1141_1142, t1057_1058);
-    t1165_1166 = R::Two::fused(t1117_1118 * two(R::constant(1.0), R::constant(-1.0)), t1137_1138, t1059_1060);
-    t1167_1168 = R::Two::fused(t1117_1118 * two(R::constant(-1.0), R::constant(1.0)), t1139_1140, t1107_1108);
-    t1169_1170 = R::Two::fused(t1117_1118 * two(R::constant(-1.0), R::constant(1.0)), t1141_1142, t1063_1064);
-    t1171_1172 = R::Two::fused(-t1111_1112, t1143_1144, t1109_1110);
-    t1173_1174 = R::Two::fused(-t1117_1118, t1143_1144, t1113_1114);
-    t1175_1176 = R::Two::fused(-t1117_1118, t1145_1146, t1119_1120);
-    t1177_1178 = t1133_1134 * t1135_1136;
-    t1179_1180 = R::Two::fused(-t1103_1104, t1177_1178, t1121_1122);
-    t1181_1182 = R::Two::fused(-t1047_1048, t1177_1178, t1123_1124);
-    t1183_1184 = R::Two::fused(-t1105_1106, t1177_1178, t1125_1126);
-    t1185_1186 = R::Two::fused(t1111_1112 * two(R::constant(-1.0), R::constant(1.0)), t1177_1178, t1127_1128);
-    t1187_1188 = R::Two::fused(-t1115_1116, t1177_1178, t1129_1130);
-    t1189_1190 = R::Two::fused(t1117_1118 * two(R::constant(-1.0), R::constant(1.0)), t1177_1178, t1131_1132);
+    t1031_1032 = t617_618 + t1029_1030;
+    t1033_1034 = t537_538 + t1027_1028;
+    // right_lower_leg, left_lower_leg: articulated inertia
+    t1035_1036 = t979_980 * t983_984;
+    t1037_1038 = R::Two::fused(-t979_980, t1035_1036, t897_898);
+    t1039_1040 = R::Two::fused(t141_142, t1007_1008, t1037_1038);
+    t1041_1042 = R::Two::fused(-t141_142, t1001_1002, t1007_1008);
+    t1043_1044 = R::Two::fused(-t119_120, t1041_1042, t1025_1026);
+    t1045_1046 = t595_596 + t1043_1044; // right_upper_leg, left_upper_leg: articulated inertia
+    t1047_1048 = R::Two::fused(t141_142, t1041_1042, t1039_1040);
+    // right_upper_leg, left_upper_leg: articulated inertia
+    t1049_1050 = t619_620 + t1047_1048;
+    t1051_1052 = t545_546 + t1041_1042;
+    // right_lower_leg, left_lower_leg: articulated inertia
+    t1053_1054 = t981_982 * t983_984;
+    t1055_1056 = R::Two::fused(-t943_944, t1053_1054, t925_926);
+    t1057_1058 = R::Two::fused(-t951_952, t1053_1054, t921_922);
+    t1059_1060 = R::Two::fused(-t971_972, t1053_1054, t929_930);
+    t1061_1062 = R::Two::fused(t963_964 * two(R::constant(-1.0), R::constant(1.0)), t1053_1054, t917_918);
+    t1063_1064 = R::Two::fused(-t973_974, t1053_1054, t935_936);
+    t1065_1066 = R::Two::fused(t979_980 * two(R::constant(-1.0), R::constant(1.0)), t1053_1054, t923_924);
+    t1067_1068 = R::Two::fused(-t119_120, t1057_1058, t1061_1062);
+    t1069_1070 = t649_650 + t1067_1068; // right_upper_leg, left_upper_leg: articulated inertia
+    t1071_1072 = R::Two::fused(t141_142, t1057_1058, t1065_1066);
+    // right_upper_leg, left_upper_leg: articulated inertia
+    t1073_1074 = t607_608 + t1057_1058;
+    t1075_1076 = t651_652 + t1071_1072;
+    t1077_1078 = t549_550 + t1055_1056;
+    t1079_1080 = t119_120 * t1055_1056; // right_lower_leg, left_lower_leg: articulated inertia
+    t1081_1082 = t611_612 + t1059_1060;
+    // right_lower_leg, left_lower_leg: articulated inertia
+    t1083_1084 = R::Two::fused(t141_142, t1059_1060, t1079_1080);
+    t1085_1086 = t1063_1064 + t1083_1084;
+    t1087_1088 = t663_664 + t1085_1086; // right_upper_leg, left_upper_leg: articulated inertia
+    t1089_1090 = t119_120 * t989_990;
+    t1091_1092 = t119_120 * t987_988;
+    t1093_1094 = R::Two::fused(-t141_142, t991_992, t1091_1092);
+    t1095_1096 = t537_538 - t1093_1094; // right_upper_leg, left_upper_leg: articulated inertia
+    t1097_1098 = t119_120 * t1093_1094;
+    t1099_1100 = t141_142 * t1003_1004;
+    t1101_1102 = t1015_1016 - t1099_1100;
+    t1103_1104 = t1089_1090 - t1099_1100;
+    t1105_1106 = t993_994 + t1089_1090;
+    t1107_1108 = t119_120 * t993_994;
+    t1109_1110 = R::Two::fused(-t141_142, t1013_1014, t1107_1108);
+    t1111_1112 = R::Two::fused(t119_120, t1003_1004, t1013_1014);
+    t1113_1114 = R::Two::fused(t119_120, t1103_1104, t1109_1110);
+    t1115_1116 = R::Two::fused(t1113_1114, two(R::constant(-1.0), R::constant(1.0)), t603_604);
+    t1117_1118 = t119_120 * t991_992;
+    t1119_1120 = R::Two::fused(-t141_142, t1011_1012, t1117_1118);
+    t1121_1122 = R::Two::fused(-t141_142, t1119_1120, t1097_1098);
+    // right_upper_leg, left_upper_leg: articulated inertia
+    t1123_1124 = t545_546 + t1119_1120;
+    t1125_1126 = both(R::constant(0.231642)) - t1121_1122;
+    // right_lower_leg, left_lower_leg: articulated inertia
+    t1127_1128 = t119_120 * t997_998;
+    t1129_1130 = R::Two::fused(-t141_142, t1101_1102, t1127_1128);
+    // right_upper_leg, left_upper_leg: articulated inertia
+    t1131_1132 = R::Two::fused(t1129_1130, two(R::constant(-1.0), R::constant(1.0)), t599_600);
+    t1133_1134 = two(tau_right_hip_pitch, tau_left_hip_pitch) + t1087_1088;
+    t1135_1136 = both(R::constant(1.0)) / t1125_1126;
+    t1137_1138 = t1095_1096 * t1135_1136;
+    t1139_1140 = R::Two::fused(t1095_1096, t1137_1138, t987_988);
+    t1141_1142 = R::Two::fused(-t1103_1104, t1137_1138, t989_990);
+    t1143_1144 = R::Two::fused(-t1123_1124, t1137_1138, t991_992);
+    t1145_1146 = R::Two::fused(t1115_1116 * two(R::constant(1.0), R::constant(-1.0)), t1137_1138, t1105_1106);
+    t1147_1148 = R::Two::fused(t1131_1132 * two(R::constant(1.0), R::constant(-1.0)), t1137_1138, t997_998);
+    t1149_1150 = R::Two::fused(t1147_1148, two(R::constant(-1.0), R::constant(1.0)), both(R::constant(0.01)));
+    t1151_1152 = t1103_1104 * t1135_1136;
+    t1153_1154 = R::Two::fused(t1103_1104, t1151_1152, t1001_1002);
+    t1155_1156 = R::Two::fused(t1123_1124, t1151_1152, t1003_1004);
+    t1157_1158 = R::Two::fused(t1115_1116 * two(R::constant(1.0), R::constant(-1.0)), t1151_1152, t1033_1034);
+    t1159_1160 = R::Two::fused(t1131_1132 * two(R::constant(-1.0), R::constant(1.0)), t1151_1152, t1051_1052);
+    t1161_1162 = t1123_1124 * t1135_1136;
+    t1163_1164 = R::Two::fused(t1123_1124, t1161_1162, t1011_1012);
+    t1165_1166 = R::Two::fused(t1115_1116 * two(R::constant(-1.0), R::constant(1.0)), t1161_1162, t1111_1112);
+    t1167_1168 = R::Two::fused(t1131_1132 * two(R::constant(-1.0), R::constant(1.0)), t1161_1162, t1101_1102);
+    t1169_1170 = R::Two::fused(t1165_1166, two(R::constant(1.0), R::constant(-1.0)), both(R::constant(0.01)));
+    t1171_1172 = t1115_1116 * t1135_1136;
+    t1173_1174 = R::Two::fused(-t1115_1116, t1171_1172, t1031_1032);
+    t1175_1176 = R::Two::fused(-t1131_1132, t1171_1172, t1045_1046);
+    t1177_1178 = both(R::constant(0.0016005833535)) + t1173_1174; // right_hip_roll_link, left_hip_roll_link
+    t1179_1180 = t1131_1132 * t1135_1136;
+    t1181_1182 = R::Two::fused(-t1131_1132, t1179_1180, t1049_1050);
+    t1183_1184 = both(R::constant(0.00151725002)) + t1181_1182; // right_hip_roll_link, left_hip_roll_link
+    t1185_1186 = t1133_1134 * t1135_1136;
+    t1187_1188 = R::Two::fused(-t1095_1096, t1185_1186, t1077_1078);
+    t1189_1190 = R::Two::fused(both(R::constant(0.01)), t171_172, t1187_1188 * two(R::constant(1.0), R::constant(-1.0)));
+    t1191_1192 = R::Two::fused(-t1103_1104, t1185_1186, t1073_1074);
+    t1193_1194 = R::Two::fused(both(R::constant(0.01)), t183_184, t1191_1192 * two(R::constant(-1.0), R::constant(1.0)));
+    t1195_1196 = R::Two::fused(-t1123_1124, t1185_1186, t1081_1082);
+    t1197_1198 = R::Two::fused(both(R::constant(0.01)), t187_188, t1195_1196 * two(R::constant(1.0), R::constant(-1.0)));
+    t1199_1200 = R::Two::fused(t1115_1116 * two(R::constant(-1.0), R::constant(1.0)), t1185_1186, t1069_1070);
+    t1201_1202 = t193_194 + t1199_1200; // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t1203_1204 = R::Two::fused(-t1125_1126, t1185_1186, t1087_1088);
+    t1205_1206 = R::Two::fused(t1131_1132 * two(R::constant(-1.0), R::constant(1.0)), t1185_1186, t1075_1076);
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1191_1192 = R::Two::fused(t1163_1164, two(R::constant(1.0), R::constant(-1.0)), both(R::constant(0.01)));
-    t1193_1194 = R::Two::fused(t1165_1166, two(R::constant(-1.0), R::constant(1.0)), both(R::constant(0.01)));
-    t1195_1196 = both(R::constant(0.0016005833535)) + t1171_1172;
-    t1197_1198 = both(R::constant(0.00151725002)) + t1175_1176;
-    t1199_1200 = R::Two::fused(both(R::constant(0.01)), t115_116, t1179_1180 * two(R::constant(1.0), R::constant(-1.0)));
-    t1201_1202 = R::Two::fused(both(R::constant(0.01)), t121_122, t1181_1182 * two(R::constant(-1.0), R::constant(1.0)));
-    t1203_1204 = R::Two::fused(both(R::constant(0.01)), t127_128, t1183_1184 * two(R::constant(1.0), R::constant(-1.0)));
-    t1205_1206 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1201_1202;
-    t1207_1208 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1203_1204, t1205_1206);
-    t1209_1210 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1201_1202;
-    t1211_1212 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1203_1204, t1209_1210);
-    t1213_1214 = t621_622 + t1185_1186;
-    t1215_1216 = R::Two::fused(t119_120, both(R::constant(0.0000833333335)), t1187_1188);
-    t1217_1218 = t623_624 + t1189_1190;
-    t1219_1220 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1215_1216;
-    t1221_1222 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1217_1218, t1219_1220);
-    t1223_1224 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1215_1216;
-    t1225_1226 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1217_1218, t1223_1224);
-    t1227_1228 = t1153_1154 - t1157_1158;
-    t1229_1230 = both(R::constant(2.0)) * t1155_1156;
-    t1231_1232 = t625_626 * t1227_1228;
-    t1233_1234 = R::Two::fused(t627_628, t1229_1230, t1231_1232);
-    t1235_1236 = t625_626 * t1229_1230;
-    t1237_1238 = R::Two::fused(-t627_628, t1227_1228, t1235_1236);
-    t1239_1240 = t1153_1154 - t1233_1234;
-    t1241_1242 = t1157_1158 + t1233_1234;
-    t1243_1244 = t1155_1156 - t1237_1238;
-    t1245_1246 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1149_1150;
-    t1247_1248 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1151_1152, t1245_1246);
-    t1249_1250 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1149_1150;
-    t1251_1252 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1151_1152, t1249_1250);
-    t1253_1254 = t625_626 * t1169_1170;
-    t1255_1256 = R::Two::fused(-t627_628, t1167_1168, t1253_1254);
-    t1257_1258 = t625_626 * t1167_1168;
-    t1259_1260 = R::Two::fused(t627_628, t1169_1170, t1257_1258);
-    t1261_1262 = t1169_1170 - t1255_1256;
-    t1263_1264 = t1167_1168 - t1259_1260;
-    t1265_1266 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1193_1194;
-    t1267_1268 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1193_1194;
-    t1269_1270 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1161_1162;
-    t1271_1272 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t1191_1192, t1269_1270);
-    t1273_1274 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1161_1162;
-    t1275_1276 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t1191_1192, t1273_1274);
-    t1277_1278 = both(R::constant(0.0000833333335)) - t1197_1198;
-    t1279_1280 = t625_626 * t1277_1278;
-    t1281_1282 = t627_628 * t1277_1278;
-    t1283_1284 = both(R::constant(0.0000833333335)) - t1279_1280;
-    t1285_1286 = t1197_1198 + t1279_1280;
-    t1287_1288 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1173_1174;
-    t1289_1290 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1173_1174;
-    t1291_1292 = two(tau_right_hip_roll, tau_left_hip_roll) - t1213_1214;
-    t1293_1294 = both(R::constant(1.0)) / t1195_1196;
-    t1295_1296 = t1159_1160 * t1293_1294;
-    t1297_1298 = t1271_1272 * t1293_1294;
-    t1299_1300 = t1275_1276 * t1293_1294;
-    t1301_1302 = t1287_1288 * t1293_1294;
-    t1303_1304 = t1289_1290 * t1293_1294;
-    t1305_1306 = R::Two::fused(t1159_1160, t1295_1296, t1147_1148);
-    t1307_1308 = R::Two::fused(-t1271_1272, t1295_1296, t1247_1248);
-    t1309_1310 = R::Two::fused(-t1275_1276, t1295_1296, t1251_1252);
-    t1311_1312 = R::Two::fused(t1271_1272, t1297_1298, t1239_1240);
-    t1313_1314 = R::Two::fused(t1275_1276, t1297_1298, t1243_1244);
-    t1315_1316 = R::Two::fused(t1275_1276, t1299_1300, t1241_1242);
-    t1317_1318 = R::Two::fused(t1287_1288 * two(R::constant(1.0), R::constant(-1.0)), t1295_1296, t1265_1266);
-    t1319_1320 = R::Two::fused(-t1287_1288, t1297_1298, t1255_1256);
-    t1321_1322 = R::Two::fused(t1287_1288, t1299_1300, t1259_1260);
-    t1323_1324 = R::Two::fused(t1289_1290 * two(R::constant(1.0), R::constant(-1.0)), t1295_1296, t1267_1268);
-    t1325_1326 = R::Two::fused(t1289_1290, t1297_1298, t1263_1264);
-    t1327_1328 = R::Two::fused(t1289_1290, t1299_1300, t1261_1262);
-    t1329_1330 = R::Two::fused(-t1287_1288, t1301_1302, t1283_1284);
-    t1331_1332 = R::Two::fused(t1289_1290, t1301_1302, t1281_1282);
-    t1333_1334 = R::Two::fused(-t1289_1290, t1303_1304, t1285_1286);
-    t1335_1336 = t1291_1292 * t1293_1294;
-    t1337_1338 = R::Two::fused(t1159_1160 * two(R::constant(-1.0), R::constant(1.0)), t1335_1336, t1199_1200);
-    t1339_1340 = R::Two::fused(t1271_1272 * two(R::constant(1.0), R::constant(-1.0)), t1335_1336, t1207_1208);
-    t1341_1342 = R::Two::fused(t1275_1276 * two(R::constant(1.0), R::constant(-1.0)), t1335_1336, t1211_1212);
-    t1343_1344 = R::Two::fused(t1195_1196, t1335_1336, t1213_1214);
-    t1345_1346 = R::Two::fused(t1287_1288, t1335_1336, t1221_1222);
-    t1347_1348 = R::Two::fused(-t1289_1290, t1335_1336, t1225_1226);
+    t1207_1208 = R::Two::fused(t181_182, both(R::constant(0.0000833333335)), t1203_1204);
+    t1209_1210 = t623_624 + t1205_1206;
+    t1211_1212 = t1153_1154 - t1163_1164;
+    t1213_1214 = both(R::constant(2.0)) * t1155_1156;
+    t1215_1216 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1141_1142;
+    t1217_1218 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1141_1142;
+    t1219_1220 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1143_1144, t1215_1216);
+    t1221_1222 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1143_1144, t1217_1218);
+    t1223_1224 = t625_626 * t1167_1168;
+    t1225_1226 = R::Two::fused(-t627_628, t1159_1160, t1223_1224);
+    t1227_1228 = t625_626 * t1159_1160;
+    t1229_1230 = R::Two::fused(t627_628, t1167_1168, t1227_1228);
+    t1231_1232 = t1167_1168 - t1225_1226;
+    t1233_1234 = t1159_1160 - t1229_1230;
+    t1235_1236 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1157_1158;
+    t1237_1238 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1157_1158;
+    t1239_1240 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t1169_1170, t1235_1236);
+    t1241_1242 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t1169_1170, t1237_1238);
+    t1243_1244 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1175_1176;
+    t1245_1246 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1175_1176;
+    t1247_1248 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1193_1194;
+    t1249_1250 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1193_1194;
+    t1251_1252 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1197_1198, t1247_1248);
+    t1253_1254 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1197_1198, t1249_1250);
+    t1255_1256 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1207_1208;
+    t1257_1258 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1207_1208;
+    t1259_1260 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1209_1210, t1255_1256);
+    t1261_1262 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1209_1210, t1257_1258);
+    t1263_1264 = t625_626 * t1211_1212;
+    t1265_1266 = R::Two::fused(t627_628, t1213_1214, t1263_1264);
+    t1267_1268 = t625_626 * t1213_1214;
+    t1269_1270 = R::Two::fused(-t627_628, t1211_1212, t1267_1268);
+    t1271_1272 = t1155_1156 - t1269_1270;
+    t1273_1274 = t1153_1154 - t1265_1266;
+    t1275_1276 = t1163_1164 + t1265_1266;
+    t1277_1278 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1149_1150;
+    t1279_1280 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1149_1150;
+    t1281_1282 = both(R::constant(0.0000833333335)) - t1183_1184;
+    t1283_1284 = t625_626 * t1281_1282;
+    t1285_1286 = t627_628 * t1281_1282;
+    t1287_1288 = t1183_1184 + t1283_1284;
+    t1289_1290 = both(R::constant(0.0000833333335)) - t1283_1284;
+    t1291_1292 = two(tau_right_hip_roll, tau_left_hip_roll) - t1201_1202;
+    t1293_1294 = both(R::constant(1.0)) / t1177_1178;
+    t1295_1296 = t1145_1146 * t1293_1294;
+    t1297_1298 = R::Two::fused(t1145_1146, t1295_1296, t1139_1140);
+    t1299_1300 = R::Two::fused(-t1239_1240, t1295_1296, t1219_1220);
+    t1301_1302 = R::Two::fused(-t1241_1242, t1295_1296, t1221_1222);
+    t1303_1304 = R::Two::fused(t1243_1244 * two(R::constant(1.0), R::constant(-1.0)), t1295_1296, t1277_1278);
+    t1305_1306 = R::Two::fused(t1245_1246 * two(R::constant(1.0), R::constant(-1.0)), t1295_1296, t1279_1280);
+    t1307_1308 = t1239_1240 * t1293_1294;
+    t1309_1310 = R::Two::fused(t1239_1240, t1307_1308, t1273_1274);
+    t1311_1312 = R::Two::fused(t1241_1242, t1307_1308, t1271_1272);
+    t1313_1314 = R::Two::fused(-t1243_1244, t1307_1308, t1225_1226);
+    t1315_1316 = R::Two::fused(t1245_1246, t1307_1308, t1233_1234);
+    t1317_1318 = both(R::constant(0.008)) + t1315_1316; // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t1319_1320 = t1241_1242 * t1293_1294;
+    t1321_1322 = R::Two::fused(t1241_1242, t1319_1320, t1275_1276);
+    t1323_1324 = R::Two::fused(t1243_1244, t1319_1320, t1229_1230);
+    t1325_1326 = R::Two::fused(t1245_1246, t1319_1320, t1231_1232);
+    t1327_1328 = both(R::constant(0.008)) + t1323_1324; // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t1329_1330 = t1243_1244 * t1293_1294;
+    t1331_1332 = R::Two::fused(-t1243_1244, t1329_1330, t1289_1290);
+    t1333_1334 = R::Two::fused(t1245_1246, t1329_1330, t1285_1286);
+    t1335_1336 = both(R::constant(0.0005199999995)) + t1331_1332; // right_hip_yaw_link, left_hip_yaw_link
+    t1337_1338 = t1245_1246 * t1293_1294;
+    t1339_1340 = R::Two::fused(-t1245_1246, t1337_1338, t1287_1288);
+    t1341_1342 = both(R::constant(0.0006099999995)) + t1339_1340; // right_hip_yaw_link, left_hip_yaw_link
+    t1343_1344 = t1291_1292 * t1293_1294;
+    t1345_1346 = R::Two::fused(t1145_1146 * two(R::constant(-1.0), R::constant(1.0)), t1343_1344, t1189_1190);
+    t1347_1348 = R::Two::fused(both(R::constant(0.008)), t96_97, t1345_1346 * two(R::constant(1.0), R::constant(-1.0)));
+    t1349_1350 = R::Two::fused(t1239_1240 * two(R::constant(1.0), R::constant(-1.0)), t1343_1344, t1251_1252);
+    t1351_1352 = R::Two::fused(both(R::constant(0.008)), t121_122, t1349_1350 * two(R::constant(1.0), R::constant(-1.0)));
+    t1353_1354 = R::Two::fused(t1241_1242 * two(R::constant(1.0), R::constant(-1.0)), t1343_1344, t1253_1254);
+    t1355_1356 = R::Two::fused(both(R::constant(0.008)), t123_124, t1353_1354 * two(R::constant(-1.0), R::constant(1.0)));
+    t1357_1358 = R::Two::fused(t1177_1178, t1343_1344, t1201_1202);
+    t1359_1360 = R::Two::fused(t133_134, both(R::constant(0.00009)), t1357_1358);
+    t1361_1362 = R::Two::fused(t1243_1244, t1343_1344, t1259_1260);
+    t1363_1364 = R::Two::fused(-t1245_1246, t1343_1344, t1261_1262);
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1349_1350 = both(R::constant(0.008)) + t1321_1322;
-    t1351_1352 = both(R::constant(0.008)) + t1325_1326;
-    t1353_1354 = both(R::constant(0.0005199999995)) + t1329_1330;
-    t1355_1356 = both(R::constant(0.0006099999995)) + t1333_1334;
-    t1357_1358 = R::Two::fused(both(R::constant(0.008)), t73_74, t1337_1338 * two(R::constant(1.0), R::constant(-1.0)));
-    t1359_1360 = R::Two::fused(both(R::constant(0.008)), t75_76, t1339_1340 * two(R::constant(1.0), R::constant(-1.0)));
-    t1361_1362 = R::Two::fused(both(R::constant(0.008)), t77_78, t1341_1342 * two(R::constant(-1.0), R::constant(1.0)));
-    t1363_1364 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1357_1358;
-    t1365_1366 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1359_1360, t1363_1364);
-    t1367_1368 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1357_1358;
-    t1369_1370 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1359_1360, t1367_1368);
-    t1371_1372 = R::Two::fused(t79_80, both(R::constant(0.00009)), t1343_1344);
-    t1373_1374 = t633_634 + t1345_1346;
-    t1375_1376 = t635_636 + t1347_1348;
-    t1377_1378 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1371_1372;
-    t1379_1380 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1373_1374, t1377_1378);
-    t1381_1382 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1371_1372;
-    t1383_1384 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1373_1374, t1381_1382);
-    t1385_1386 = t1305_1306 - t1311_1312;
-    t1387_1388 = both(R::constant(2.0)) * t1307_1308;
-    t1389_1390 = t637_638 * t1385_1386;
-    t1391_1392 = R::Two::fused(t639_640, t1387_1388, t1389_1390);
-    t1393_1394 = t637_638 * t1387_1388;
-    t1395_1396 = R::Two::fused(-t639_640, t1385_1386, t1393_1394);
-    t1397_1398 = t1305_1306 - t1391_1392;
-    t1399_1400 = t1311_1312 + t1391_1392;
-    t1401_1402 = t1307_1308 - t1395_1396;
-    t1403_1404 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1309_1310;
-    t1405_1406 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1313_1314, t1403_1404);
-    t1407_1408 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1309_1310;
-    t1409_1410 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1313_1314, t1407_1408);
-    t1411_1412 = t637_638 * t1319_1320;
-    t1413_1414 = R::Two::fused(t639_640 * two(R::constant(-1.0), R::constant(1.0)), t1317_1318, t1411_1412);
-    t1415_1416 = t637_638 * t1317_1318;
-    t1417_1418 = R::Two::fused(t639_640 * two(R::constant(1.0), R::constant(-1.0)), t1319_1320, t1415_1416);
-    t1419_1420 = t1319_1320 - t1413_1414;
-    t1421_1422 = t1317_1318 - t1417_1418;
-    t1423_1424 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1349_1350;
-    t1425_1426 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1349_1350;
-    t1427_1428 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1323_1324;
-    t1429_1430 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t1351_1352, t1427_1428);
-    t1431_1432 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1323_1324;
-    t1433_1434 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(-1.0), R::constant(1.0)), t1351_1352, t1431_1432);
-    t1435_1436 = both(R::constant(0.00009)) - t1353_1354;
-    t1437_1438 = t637_638 * t1435_1436;
-    t1439_1440 = t639_640 * t1435_1436;
-    t1441_1442 = both(R::constant(0.00009)) - t1437_1438;
-    t1443_1444 = t1353_1354 + t1437_1438;
-    t1445_1446 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1331_1332;
-    t1447_1448 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1331_1332;
-    t1449_1450 = two(tau_right_hip_yaw, tau_left_hip_yaw) + t1375_1376;
-    t1451_1452 = both(R::constant(1.0)) / t1355_1356;
-    t1453_1454 = t1429_1430 * t1451_1452;
-    t1455_1456 = t1433_1434 * t1451_1452;
-    t1457_1458 = t1327_1328 * t1451_1452;
-    t1459_1460 = t1445_1446 * t1451_1452;
-    t1461_1462 = t1447_1448 * t1451_1452;
-    t1463_1464 = R::Two::fused(t1429_1430, t1453_1454, t1397_1398);
-    t1465_1466 = R::Two::fused(t1433_1434, t1453_1454, t1401_1402);
-    t1467_1468 = R::Two::fused(t1327_1328 * two(R::constant(-1.0), R::constant(1.0)), t1453_1454, t1405_1406);
-    t1469_1470 = R::Two::fused(t1433_1434, t1455_1456, t1399_1400);
-    t1471_1472 = R::Two::fused(t1327_1328 * two(R::constant(-1.0), R::constant(1.0)), t1455_1456, t1409_1410);
+    t1365_1366 = t631_632 + t1361_1362;
+    t1367_1368 = t667_668 + t1363_1364;
+    t1369_1370 = t1297_1298 - t1309_1310;
+    t1371_1372 = both(R::constant(2.0)) * t1299_1300;
+    t1373_1374 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1301_1302;
+    t1375_1376 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1301_1302;
+    t1377_1378 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1311_1312, t1373_1374);
+    t1379_1380 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1311_1312, t1375_1376);
+    t1381_1382 = t669_670 * t1313_1314;
+    t1383_1384 = R::Two::fused(t671_672 * two(R::constant(-1.0), R::constant(1.0)), t1303_1304, t1381_1382);
+    t1385_1386 = t669_670 * t1369_1370;
+    t1387_1388 = R::Two::fused(t671_672, t1371_1372, t1385_1386);
+    t1389_1390 = t669_670 * t1371_1372;
+    t1391_1392 = R::Two::fused(-t671_672, t1369_1370, t1389_1390);
+    t1393_1394 = t1299_1300 - t1391_1392;
+    t1395_1396 = t1297_1298 - t1387_1388;
+    t1397_1398 = t1309_1310 + t1387_1388;
+    t1399_1400 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1347_1348;
+    t1401_1402 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1347_1348;
+    t1403_1404 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1351_1352, t1399_1400);
+    t1405_1406 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1351_1352, t1401_1402);
+    t1407_1408 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1359_1360;
+    t1409_1410 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1359_1360;
+    t1411_1412 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1365_1366, t1407_1408);
+    t1413_1414 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1365_1366, t1409_1410);
+    t1415_1416 = t669_670 * t1303_1304;
+    t1417_1418 = R::Two::fused(t671_672 * two(R::constant(1.0), R::constant(-1.0)), t1313_1314, t1415_1416);
+    t1419_1420 = t1313_1314 - t1383_1384;
+    t1421_1422 = t1303_1304 - t1417_1418;
+    t1423_1424 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1327_1328;
+    t1425_1426 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1327_1328;
+    t1427_1428 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1305_1306;
+    t1429_1430 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1305_1306;
+    t1431_1432 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t1317_1318, t1427_1428);
+    t1433_1434 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(-1.0), R::constant(1.0)), t1317_1318, t1429_1430);
+    t1435_1436 = both(R::constant(0.00009)) - t1335_1336;
+    t1437_1438 = t669_670 * t1435_1436;
+    t1439_1440 = t671_672 * t1435_1436;
+    t1441_1442 = t1335_1336 + t1437_1438;
+    t1443_1444 = both(R::constant(0.00009)) - t1437_1438;
+    t1445_1446 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1333_1334;
+    t1447_1448 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1333_1334;
+    t1449_1450 = two(tau_right_hip_yaw, tau_left_hip_yaw) + t1367_1368;
+    t1451_1452 = both(R::constant(1.0)) / t1341_1342;
+    t1453_1454 = t1431_1432 * t1451_1452;
+    t1455_1456 = R::Two::fused(t1431_1432, t1453_1454, t1395_1396);
+    t1457_1458 = R::Two::fused(t1433_1434, t1453_1454, t1393_1394);
+    t1459_1460 = R::Two::fused(t1325_1326 * two(R::constant(-1.0), R::constant(1.0)), t1453_1454, t1377_1378);
+    t1461_1462 = R::Two::fused(t1445_1446 * two(R::constant(-1.0), R::constant(1.0)), t1453_1454, t1383_1384);
+    t1463_1464 = R::Two::fused(t1447_1448, t1453_1454, t1421_1422);
+    t1465_1466 = t1433_1434 * t1451_1452;
+    t1467_1468 = R::Two::fused(t1433_1434, t1465_1466, t1397_1398);
+    t1469_1470 = R::Two::fused(t1325_1326 * two(R::constant(-1.0), R::constant(1.0)), t1465_1466, t1379_1380);
+    t1471_1472 = R::Two::fused(t1445_1446, t1465_1466, t1417_1418);
     let (
-        t1473_1474, t1475_1476, t1477_1478, t1479_1480, t1481_1482, t1483_1484, t1485_1486, t1487_1488, t1489_1490,
-        t1491_1492, t1493_1494, t1495_1496, t1497_1498, t1499_1500, t1501_1502, t1503_1504, t1505_1506, t1507_1508,
-        t1509, t1510, t1511_1512, t1513_1514, t1515_1516, t1517_1518, t1519, t1520_1521, t1522_1523, t1524, t1525_1526,
-        t1527_1528, t1529_1530, t1531_1532, t1533, t1534, t1535, t1536, t1537, t1538, t1539, t1540, t1541, t1542, t1543,
-        t1544, t1545, t1546, t1547, t1548, t1549, t1550, t1551, t1552, t1553, t1554, t1555, t1556, t1557, t1558, t1559,
-        t1560, t1561, t1562, t1563, t1564, t1565, t1566, t1567, t1568, t1569, t1570, t1571, t1572, t1573, t1574, t1575,
-        t1576, t1577, t1578, t1579, t1580, t1581, t1582, t1583, t1584, t1585, t1586, t1587, t1588, t1589, t1590, t1591,
-        t1592, t1593, t1594, t1595, t1596, t1597, t1598, t1599, t1600, t1601, t1602, t1603, t1604, t1605, t1606, t1607,
-        t1608, t1609, t1610, t1611, t1612, t1613, t1614, t1615, t1616, t1617, t1618, t1619, t1620, t1621, t1622, t1623,
-        t1624, t1625, t1626, t1627, t1628, t1629, t1630, t1631, t1632, t1633, t1634, t1635, t1636, t1637, t1638, t1639,
-        t1640, t1641, t1642, t1643, t1644, t1645, t1646, t1647, t1648, t1649, t1650, t1651, t1652, t1653, t1654, t1655,
-        t1656, t1657, t1658, t1659, t1660, t1661, t1662, t1663, t1664, t1665, t1666, t1667, t1668, t1669, t1670, t1671,
-        t1672, t1673, t1674, t1675, t1676, t1677, t1678, t1679, t1680, t1681_1682, t1683_1684, t1685_1686, t1687_1688,
-        t1689_1690, t1691_1692, t1693_1694, t1695_1696, t1697_1698, t1699_1700, t1701_1702, t1703_1704, t1705_1706,
-        t1707_1708, t1709_1710, t1711_1712, t1713_1714, t1715_1716, t1717_1718, t1719_1720, t1721_1722, t1723_1724,
-        t1725_1726, t1727_1728, t1729_1730, t1731_1732, t1733_1734, t1735_1736, t1737_1738, t1739_1740, t1741_1742,
-        t1743_1744, t1745_1746, t1747_1748, t1749_1750, t1751_1752, t1753_1754, t1755_1756, t1757_1758, t1759_1760,
-        t1761_1762, t1763_1764, t1765_1766, t1767_1768, t1769_1770, t1771_1772, t1773_1774, t1775_1776, t1777_1778,
-        t1779_1780, t1781_1782, t1783_1784, t1785_1786, t1787_1788, t1789_1790, t1791_1792, t1793_1794, t1795_1796,
-        t1797_1798, t1799_1800, t1801_1802, t1803_1804, t1805_1806, t1807_1808, t1809_1810, t1811_1812, t1813_1814,
-        t1815_1816, t1817_1818, t1819_1820, t1821_1822, t1823_1824, t1825_1826, t1827_1828, t1829_1830, t1831_1832,
+        t1473_1474, t1475_1476, t1477, t1478, t1479, t1480, t1481, t1482, t1483_1484, t1485_1486, t1487_1488,
+        t1489_1490, t1491_1492, t1493_1494, t1495_1496, t1497_1498, t1499_1500, t1501, t1502_1503, t1504, t1505, t1506,
+        t1507_1508, t1509, t1510, t1511, t1512, t1513, t1514, t1515_1516, t1517_1518, t1519, t1520, t1521_1522,
+        t1523_1524, t1525_1526, t1527_1528, t1529_1530, t1531_1532, t1533_1534, t1535_1536, t1537_1538, t1539, t1540,
+        t1541, t1542, t1543, t1544, t1545, t1546, t1547, t1548, t1549, t1550, t1551, t1552, t1553, t1554, t1555, t1556,
+        t1557_1558, t1559, t1560, t1561, t1562, t1563, t1564, t1565, t1566_1567, t1568_1569, t1570, t1571_1572, t1573,
+        t1574, t1575, t1576, t1577, t1578, t1579, t1580, t1581, t1582, t1583, t1584, t1585, t1586, t1587, t1588, t1589,
+        t1590, t1591, t1592, t1593, t1594, t1595, t1596, t1597, t1598, t1599, t1600, t1601, t1602, t1603, t1604, t1605,
+        t1606, t1607, t1608, t1609, t1610, t1611, t1612, t1613, t1614, t1615, t1616, t1617, t1618, t1619, t1620, t1621,
+        t1622, t1623, t1624, t1625, t1626, t1627, t1628, t1629, t1630, t1631, t1632, t1633, t1634, t1635, t1636, t1637,
+        t1638, t1639, t1640, t1641, t1642, t1643, t1644, t1645, t1646, t1647, t1648, t1649, t1650, t1651, t1652, t1653,
+        t1654, t1655, t1656, t1657, t1658, t1659, t1660, t1661, t1662, t1663, t1664, t1665, t1666, t1667, t1668, t1669,
+        t1670, t1671, t1672, t1673, t1674, t1675, t1676, t1677, t1678, t1679_1680, t1681_1682, t1683_1684, t1685,
+        t1686_1687, t1688_1689, t1690_1691, t1692_1693, t1694_1695, t1696_1697, t1698_1699, t1700_1701, t1702_1703,
+        t1704, t1705_1706, t1707_1708, t1709_1710, t1711_1712, t1713_1714, t1715_1716, t1717_1718, t1719_1720,
+        t1721_1722, t1723_1724, t1725_1726, t1727_1728, t1729_1730, t1731_1732, t1733_1734, t1735_1736, t1737_1738,
+        t1739_1740, t1741_1742, t1743_1744, t1745_1746, t1747_1748, t1749_1750, t1751_1752, t1753_1754, t1755_1756,
+        t1757_1758, t1759_1760, t1761_1762, t1763_1764, t1765_1766, t1767_1768, t1769_1770, t1771_1772, t1773_1774,
+        t1775_1776, t1777_1778, t1779_1780, t1781_1782, t1783_1784, t1785_1786, t1787_1788, t1789_1790, t1791_1792,
+        t1793_1794, t1795_1796, t1797_1798, t1799_1800, t1801_1802, t1803_1804, t1805_1806, t1807_1808, t1809_1810,
+        t1811_1812, t1813_1814, t1815_1816, t1817_1818, t1819_1820, t1821_1822, t1823_1824, t1825_1826, t1827_1828,
+        t1829_1830, t1831_1832,
     );
-    t1473_1474 = R::Two::fused(t1327_1328, t1457_1458, t1315_1316);
-    t1475_1476 = R::Two::fused(t1445_1446 * two(R::constant(-1.0), R::constant(1.0)), t1453_1454, t1413_1414);
-    t1477_1478 = R::Two::fused(t1445_1446, t1455_1456, t1417_1418);
-    t1479_1480 = R::Two::fused(t1445_1446, t1457_1458, t1423_1424);
-    t1481_1482 = R::Two::fused(t1447_1448, t1453_1454, t1421_1422);
-    t1483_1484 = R::Two::fused(t1447_1448 * two(R::constant(1.0), R::constant(-1.0)), t1455_1456, t1419_1420);
-    t1485_1486 = R::Two::fused(t1447_1448, t1457_1458, t1425_1426);
-    t1487_1488 = R::Two::fused(-t1445_1446, t1459_1460, t1441_1442);
-    t1489_1490 = R::Two::fused(t1447_1448, t1459_1460, t1439_1440);
-    t1491_1492 = R::Two::fused(-t1447_1448, t1461_1462, t1443_1444);
-    t1493_1494 = t1449_1450 * t1451_1452;
-    t1495_1496 = R::Two::fused(t1429_1430 * two(R::constant(1.0), R::constant(-1.0)), t1493_1494, t1365_1366);
-    t1497_1498 = R::Two::fused(t1433_1434 * two(R::constant(1.0), R::constant(-1.0)), t1493_1494, t1369_1370);
-    t1499_1500 = R::Two::fused(t1327_1328, t1493_1494, t1361_1362);
-    t1501_1502 = R::Two::fused(-t1445_1446, t1493_1494, t1379_1380);
-    t1503_1504 = R::Two::fused(t1447_1448, t1493_1494, t1383_1384);
-    t1505_1506 = R::Two::fused(-t1355_1356, t1493_1494, t1375_1376);
-    t1507_1508 = both(R::constant(0.0764)) * t1467_1468;
-    t1509 = R::constant(0.0764) * t1463_1464.second(); // left_hip_yaw_link: articulated inertia
-    t1510 = R::constant(0.0764) * t1465_1466.second(); // left_hip_yaw_link: articulated inertia
-    t1511_1512 = R::Two::fused(t1507_1508, two(R::constant(-1.0), R::constant(1.0)), t1475_1476);
-    t1513_1514 = R::Two::fused(both(R::constant(0.0764)), t1471_1472, t1477_1478);
-    t1515_1516 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t1473_1474, t1479_1480);
-    t1517_1518 = both(R::constant(0.0764)) * t1475_1476;
-    t1519 = R::constant(0.0764) * t1481_1482.second(); // left_hip_yaw_link: articulated inertia
-    t1520_1521 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t1479_1480, t1487_1488);
-    t1522_1523 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t1485_1486, t1489_1490);
-    t1524 = t1463_1464.second() * R::constant(0.00583696); // left_hip_yaw_link: articulated inertia
-    t1525_1526 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t1515_1516, t1520_1521);
-    t1527_1528 = R::Two::fused(two(R::constant(-0.00583696), R::constant(0.00583696)), t1467_1468, t1517_1518);
-    t1529_1530 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t1499_1500, t1501_1502);
-    t1531_1532 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t1495_1496, t1505_1506);
+    t1473_1474 = R::Two::fused(t1447_1448 * two(R::constant(1.0), R::constant(-1.0)), t1465_1466, t1419_1420);
+    t1475_1476 = R::Two::fused(both(R::constant(0.0764)), t1469_1470, t1471_1472);
     // right_hip_yaw_link: articulated inertia
-    t1533 = t1463_1464.second() + t1463_1464.first();
-    t1534 = t1465_1466.second() + t1465_1466.first();
-    t1535 = t1467_1468.second() + t1467_1468.first();
-    t1536 = t1469_1470.second() + t1469_1470.first();
-    t1537 = t1471_1472.second() + t1471_1472.first();
-    t1538 = t1473_1474.second() + t1473_1474.first();
-    t1539 = t1511_1512.second() + t1511_1512.first();
-    t1540 = t1513_1514.second() - t1513_1514.first();
-    t1541 = t1515_1516.second() + t1515_1516.first();
-    t1542 = t1481_1482.second() - t1481_1482.first();
-    t1543 = t1483_1484.second() + t1483_1484.first();
-    t1544 = t1485_1486.second() + t1485_1486.first();
-    t1545 = R::fused(R::constant(-0.0764), t1463_1464.first(), t1509);
-    t1546 = R::fused(R::constant(-0.0764), t1465_1466.first(), t1510);
-    t1547 = t1507_1508.second() - t1507_1508.first();
-    t1548 = t1525_1526.second() + t1525_1526.first();
-    t1549 = t1522_1523.second() + t1522_1523.first();
-    t1550 = t1527_1528.second() - t1527_1528.first();
-    t1551 = t1491_1492.second() + t1491_1492.first();
-    t1552 = R::fused(R::constant(0.0764), t1481_1482.first(), t1519);
-    t1553 = R::fused(R::constant(0.00583696), t1463_1464.first(), t1524);
-    t1554 = t1495_1496.second() + t1495_1496.first();
-    t1555 = t1497_1498.second() + t1497_1498.first();
-    t1556 = t1499_1500.second() + t1499_1500.first();
-    t1557 = t1529_1530.second() + t1529_1530.first();
-    t1558 = t1503_1504.second() + t1503_1504.first();
-    t1559 = t1531_1532.second() + t1531_1532.first();
+    t1477 = t1467_1468.second() + t1467_1468.first();
+    t1478 = t1469_1470.second() + t1469_1470.first();
+    t1479 = t1473_1474.second() + t1473_1474.first();
+    t1480 = t1475_1476.second() - t1475_1476.first();
+    t1481 = R::constant(19.0) - t1477; // torso: articulated inertia
+    t1482 = R::constant(2.4915) + t1480; // torso: articulated inertia
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t1483_1484 = t1325_1326 * t1451_1452;
+    t1485_1486 = R::Two::fused(t1325_1326, t1483_1484, t1321_1322);
+    t1487_1488 = R::Two::fused(t1445_1446, t1483_1484, t1423_1424);
+    t1489_1490 = R::Two::fused(t1447_1448, t1483_1484, t1425_1426);
+    t1491_1492 = t1445_1446 * t1451_1452;
+    t1493_1494 = R::Two::fused(-t1445_1446, t1491_1492, t1443_1444);
+    t1495_1496 = R::Two::fused(t1447_1448, t1491_1492, t1439_1440);
+    t1497_1498 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t1487_1488, t1493_1494);
+    t1499_1500 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t1485_1486, t1487_1488);
+    t1501 = t1485_1486.second() + t1485_1486.first(); // right_hip_yaw_link: articulated inertia
+    t1502_1503 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t1489_1490, t1495_1496);
+    t1504 = t1489_1490.second() + t1489_1490.first(); // right_hip_yaw_link: articulated inertia
+    t1505 = R::constant(19.0) - t1501; // torso: articulated inertia
+    t1506 = R::constant(0.20808) + t1504; // torso: articulated inertia
+    t1507_1508 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t1499_1500, t1497_1498);
+    t1509 = t1499_1500.second() + t1499_1500.first(); // right_hip_yaw_link: articulated inertia
+    t1510 = t1502_1503.second() + t1502_1503.first(); // right_hip_yaw_link: articulated inertia
+    t1511 = R::constant(0.0102) - t1509; // torso: articulated inertia
+    t1512 = t1507_1508.second() + t1507_1508.first(); // right_hip_yaw_link: articulated inertia
+    t1513 = R::constant(0.00220808) + t1510; // torso: articulated inertia
+    t1514 = R::constant(0.908224198) + t1512; // torso: articulated inertia
+    t1515_1516 = t1447_1448 * t1451_1452;
+    t1517_1518 = R::Two::fused(-t1447_1448, t1515_1516, t1441_1442);
+    t1519 = t1517_1518.second() + t1517_1518.first(); // right_hip_yaw_link: articulated inertia
+    t1520 = R::constant(0.812133582) + t1519; // torso: articulated inertia
+    t1521_1522 = t1449_1450 * t1451_1452;
+    t1523_1524 = R::Two::fused(t1431_1432 * two(R::constant(1.0), R::constant(-1.0)), t1521_1522, t1403_1404);
+    t1525_1526 = R::Two::fused(t1433_1434 * two(R::constant(1.0), R::constant(-1.0)), t1521_1522, t1405_1406);
+    t1527_1528 = R::Two::fused(t1325_1326, t1521_1522, t1355_1356);
+    t1529_1530 = R::Two::fused(-t1445_1446, t1521_1522, t1411_1412);
+    t1531_1532 = R::Two::fused(t1447_1448, t1521_1522, t1413_1414);
+    t1533_1534 = R::Two::fused(-t1341_1342, t1521_1522, t1367_1368);
+    t1535_1536 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t1527_1528, t1529_1530);
+    t1537_1538 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t1523_1524, t1533_1534);
+    t1539 = t1523_1524.second() + t1523_1524.first(); // right_hip_yaw_link: articulated inertia
+    t1540 = t69 + t1539; // torso: articulated inertia
+    t1541 = t1525_1526.second() + t1525_1526.first(); // right_hip_yaw_link: articulated inertia
+    t1542 = t676 - t1541; // torso: articulated inertia
+    t1543 = t1527_1528.second() + t1527_1528.first(); // right_hip_yaw_link: articulated inertia
+    t1544 = t680 + t1543; // torso: articulated inertia
+    t1545 = t1531_1532.second() + t1531_1532.first(); // right_hip_yaw_link: articulated inertia
+    t1546 = t704 + t1545; // torso: articulated inertia
+    t1547 = t1535_1536.second() + t1535_1536.first(); // right_hip_yaw_link: articulated inertia
+    t1548 = t698 - t1547; // torso: articulated inertia
+    t1549 = t1537_1538.second() + t1537_1538.first(); // right_hip_yaw_link: articulated inertia
     // torso: articulated inertia
-    t1560 = R::constant(19.0) - t1533;
-    t1561 = R::constant(19.0) - t1536;
-    t1562 = R::constant(19.0) - t1538;
-    t1563 = R::constant(2.4915) + t1540;
-    t1564 = R::constant(0.0102) - t1541;
-    t1565 = R::constant(2.4915) + t1542;
-    t1566 = R::constant(0.20808) + t1544;
-    t1567 = R::constant(0.0102) - t1545;
-    t1568 = R::constant(0.20808) - t1546;
-    t1569 = R::constant(0.908224198) + t1548;
-    t1570 = R::constant(0.00220808) + t1549;
-    t1571 = R::constant(0.0404594) + t1550;
-    t1572 = R::constant(0.812133582) + t1551;
-    t1573 = R::constant(0.0014735) + t1552;
-    t1574 = R::constant(0.15966028) - t1553;
-    t1575 = t650 + t1554;
-    t1576 = t651 - t1555;
-    t1577 = t652 + t1556;
-    t1578 = t674 - t1557;
-    t1579 = t675 + t1558;
-    t1580 = t676 + t1559;
-    t1581 = tau_base_linear_x - t1575;
-    t1582 = tau_base_linear_y + t1576;
-    t1583 = tau_base_linear_z + t1577;
-    t1584 = tau_base_angular_x + t1578;
-    t1585 = tau_base_angular_y - t1579;
-    t1586 = tau_base_angular_z + t1580;
-    t1587 = R::constant(1.0) / t1574;
-    t1588 = t1573 * t1587;
-    t1589 = R::fused(-t1567, t1588, t1565);
-    t1590 = R::fused(t1568, t1588, t1543);
-    t1591 = R::fused(t1547, t1588, t1566);
-    t1592 = R::fused(t1571, t1588, t1570);
-    t1593 = R::fused(-t1573, t1588, t1572);
-    t1594 = t1571 * t1587;
-    t1595 = R::fused(-t1567, t1594, t1539);
-    t1596 = R::fused(-t1568, t1594, t1563);
-    t1597 = R::fused(-t1547, t1594, t1564);
-    t1598 = R::fused(-t1571, t1594, t1569);
-    t1599 = t1547 * t1587;
-    t1600 = R::fused(-t1567, t1599, t1535);
-    t1601 = R::fused(-t1568, t1599, t1537);
-    t1602 = R::fused(-t1547, t1599, t1562);
-    t1603 = t1568 * t1587;
-    t1604 = R::fused(t1567, t1603, t1534);
-    t1605 = R::fused(-t1568, t1603, t1561);
-    t1606 = t1567 * t1587;
-    t1607 = R::fused(-t1567, t1606, t1560);
-    t1608 = R::constant(1.0) / t1593;
-    t1609 = t1592 * t1608;
-    t1610 = R::fused(t1589, t1609, t1595);
-    t1611 = R::fused(-t1590, t1609, t1596);
-    t1612 = R::fused(-t1591, t1609, t1597);
-    t1613 = R::fused(-t1592, t1609, t1598);
-    t1614 = t1591 * t1608;
-    t1615 = R::fused(t1589, t1614, t1600);
-    t1616 = R::fused(-t1590, t1614, t1601);
-    t1617 = R::fused(-t1591, t1614, t1602);
-    t1618 = t1590 * t1608;
-    t1619 = R::fused(-t1589, t1618, t1604);
-    t1620 = R::fused(-t1590, t1618, t1605);
-    t1621 = t1589 * t1608;
-    t1622 = R::fused(-t1589, t1621, t1607);
-    t1623 = R::constant(1.0) / t1613;
-    t1624 = t1612 * t1623;
-    t1625 = R::fused(-t1610, t1624, t1615);
-    t1626 = R::fused(-t1611, t1624, t1616);
-    t1627 = R::fused(-t1612, t1624, t1617);
-    t1628 = t1611 * t1623;
-    t1629 = R::fused(t1610, t1628, t1619);
-    t1630 = R::fused(-t1611, t1628, t1620);
-    t1631 = t1610 * t1623;
-    t1632 = R::fused(-t1610, t1631, t1622);
-    t1633 = R::constant(1.0) / t1627;
-    t1634 = t1626 * t1633;
-    t1635 = R::fused(t1625, t1634, t1629);
-    t1636 = R::fused(-t1626, t1634, t1630);
-    t1637 = t1625 * t1633;
-    t1638 = R::fused(-t1625, t1637, t1632);
-    t1639 = R::constant(1.0) / t1636;
-    t1640 = t1635 * t1639;
-    t1641 = R::fused(-t1635, t1640, t1638);
-    t1642 = R::constant(1.0) / t1641;
-    t1643 = R::fused(t1586, t1588, t1585);
-    t1644 = R::fused(-t1586, t1594, t1584);
-    t1645 = R::fused(-t1586, t1599, t1583);
-    t1646 = R::fused(t1586, t1603, t1582);
-    t1647 = R::fused(t1586, t1606, t1581);
-    t1648 = R::fused(-t1609, t1643, t1644);
-    t1649 = R::fused(-t1614, t1643, t1645);
-    t1650 = R::fused(t1618, t1643, t1646);
-    t1651 = R::fused(-t1621, t1643, t1647);
-    t1652 = R::fused(-t1624, t1648, t1649);
-    t1653 = R::fused(t1628, t1648, t1650);
-    t1654 = R::fused(t1631, t1648, t1651);
-    t1655 = R::fused(t1634, t1652, t1653);
-    t1656 = R::fused(t1637, t1652, t1654);
-    t1657 = R::fused(t1640, t1655, t1656);
+    t1550 = t701 + t1549;
+    t1551 = tau_base_linear_x - t1540;
+    t1552 = tau_base_linear_y + t1542;
+    t1553 = tau_base_linear_z + t1544;
+    t1554 = tau_base_angular_y - t1546;
+    t1555 = tau_base_angular_x + t1548;
+    t1556 = tau_base_angular_z + t1550;
+    t1557_1558 = both(R::constant(0.0764)) * t1459_1460; // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t1559 = R::constant(0.0764) * t1455_1456.second(); // left_hip_yaw_link: articulated inertia
+    t1560 = R::fused(R::constant(-0.0764), t1455_1456.first(), t1559); // right_hip_yaw_link: articulated inertia
+    t1561 = R::constant(0.0102) - t1560;
+    t1562 = R::constant(0.0764) * t1457_1458.second(); // left_hip_yaw_link: articulated inertia
+    t1563 = R::fused(R::constant(-0.0764), t1457_1458.first(), t1562); // right_hip_yaw_link: articulated inertia
+    t1564 = t1457_1458.second() + t1457_1458.first(); // right_hip_yaw_link: articulated inertia
+    t1565 = R::constant(0.20808) - t1563;
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t1566_1567 = R::Two::fused(t1557_1558, two(R::constant(-1.0), R::constant(1.0)), t1461_1462);
+    t1568_1569 = both(R::constant(0.0764)) * t1461_1462;
+    t1570 = t1557_1558.second() - t1557_1558.first(); // right_hip_yaw_link: articulated inertia
+    t1571_1572 = R::Two::fused(two(R::constant(-0.00583696), R::constant(0.00583696)), t1459_1460, t1568_1569);
+    t1573 = t1459_1460.second() + t1459_1460.first(); // right_hip_yaw_link: articulated inertia
+    t1574 = t1566_1567.second() + t1566_1567.first(); // right_hip_yaw_link: articulated inertia
+    t1575 = t1571_1572.second() - t1571_1572.first(); // right_hip_yaw_link: articulated inertia
+    t1576 = R::constant(0.0404594) + t1575; // torso: articulated inertia
+    t1577 = R::constant(0.0764) * t1463_1464.second(); // left_hip_yaw_link: articulated inertia
+    t1578 = R::fused(R::constant(0.0764), t1463_1464.first(), t1577); // right_hip_yaw_link: articulated inertia
+    t1579 = t1463_1464.second() - t1463_1464.first(); // right_hip_yaw_link: articulated inertia
+    t1580 = R::constant(2.4915) + t1579; // torso: articulated inertia
+    t1581 = R::constant(0.0014735) + t1578; // torso: articulated inertia
+    t1582 = t1455_1456.second() * R::constant(0.00583696); // left_hip_yaw_link: articulated inertia
+    t1583 = R::fused(R::constant(0.00583696), t1455_1456.first(), t1582); // right_hip_yaw_link: articulated inertia
+    t1584 = t1455_1456.second() + t1455_1456.first(); // right_hip_yaw_link: articulated inertia
+    // torso: articulated inertia
+    t1585 = R::constant(19.0) - t1584;
+    t1586 = R::constant(0.15966028) - t1583;
+    t1587 = R::constant(1.0) / t1586;
+    t1588 = t1581 * t1587;
+    t1589 = R::fused(-t1561, t1588, t1580);
+    t1590 = R::fused(t1565, t1588, t1479);
+    t1591 = R::fused(t1570, t1588, t1506);
+    t1592 = R::fused(t1576, t1588, t1513);
+    t1593 = R::fused(-t1581, t1588, t1520);
+    t1594 = R::fused(t1556, t1588, t1554);
+    t1595 = R::constant(1.0) / t1593;
+    t1596 = t1576 * t1587;
+    t1597 = R::fused(-t1561, t1596, t1574);
+    t1598 = R::fused(-t1565, t1596, t1482);
+    t1599 = R::fused(-t1570, t1596, t1511);
+    t1600 = R::fused(-t1576, t1596, t1514);
+    t1601 = R::fused(-t1556, t1596, t1555);
+    t1602 = t1570 * t1587;
+    t1603 = R::fused(-t1561, t1602, t1573);
+    t1604 = R::fused(-t1565, t1602, t1478);
+    t1605 = R::fused(-t1570, t1602, t1505);
+    t1606 = R::fused(-t1556, t1602, t1553);
+    t1607 = t1565 * t1587;
+    t1608 = R::fused(t1561, t1607, t1564);
+    t1609 = R::fused(-t1565, t1607, t1481);
+    t1610 = R::fused(t1556, t1607, t1552);
+    t1611 = t1561 * t1587;
+    t1612 = R::fused(-t1561, t1611, t1585);
+    t1613 = R::fused(t1556, t1611, t1551);
+    t1614 = t1592 * t1595;
+    t1615 = R::fused(t1589, t1614, t1597);
+    t1616 = R::fused(-t1590, t1614, t1598);
+    t1617 = R::fused(-t1591, t1614, t1599);
+    t1618 = R::fused(-t1592, t1614, t1600);
+    t1619 = R::fused(-t1614, t1594, t1601);
+    t1620 = R::constant(1.0) / t1618;
+    t1621 = t1591 * t1595;
+    t1622 = R::fused(t1589, t1621, t1603);
+    t1623 = R::fused(-t1590, t1621, t1604);
+    t1624 = R::fused(-t1591, t1621, t1605);
+    t1625 = R::fused(-t1621, t1594, t1606);
+    t1626 = t1590 * t1595;
+    t1627 = R::fused(-t1589, t1626, t1608);
+    t1628 = R::fused(-t1590, t1626, t1609);
+    t1629 = R::fused(t1626, t1594, t1610);
+    t1630 = t1589 * t1595;
+    t1631 = R::fused(-t1589, t1630, t1612);
+    t1632 = R::fused(-t1630, t1594, t1613);
+    t1633 = t1617 * t1620;
+    t1634 = R::fused(-t1615, t1633, t1622);
+    t1635 = R::fused(-t1616, t1633, t1623);
+    t1636 = R::fused(-t1617, t1633, t1624);
+    t1637 = R::fused(-t1633, t1619, t1625);
+    t1638 = R::constant(1.0) / t1636;
+    t1639 = t1616 * t1620;
+    t1640 = R::fused(t1615, t1639, t1627);
+    t1641 = R::fused(-t1616, t1639, t1628);
+    t1642 = R::fused(t1639, t1619, t1629);
+    t1643 = t1615 * t1620;
+    t1644 = R::fused(-t1615, t1643, t1631);
+    t1645 = R::fused(t1643, t1619, t1632);
+    t1646 = t1635 * t1638;
+    t1647 = R::fused(t1634, t1646, t1640);
+    t1648 = R::fused(-t1635, t1646, t1641);
+    t1649 = R::fused(t1646, t1637, t1642);
+    t1650 = R::constant(1.0) / t1648;
+    t1651 = t1634 * t1638;
+    t1652 = R::fused(-t1634, t1651, t1644);
+    t1653 = R::fused(t1651, t1637, t1645);
+    t1654 = t1647 * t1650;
+    t1655 = R::fused(-t1647, t1654, t1652);
+    t1656 = R::fused(t1654, t1649, t1653);
+    t1657 = R::constant(1.0) / t1655;
     // torso: acceleration
-    t1658 = t1642 * t1657;
-    t1659 = R::fused(t1635, t1658, t1655);
-    t1660 = t1639 * t1659;
-    t1661 = R::fused(t1625, t1658, t1652);
-    t1662 = R::fused(t1626, t1660, t1661);
-    t1663 = t1633 * t1662;
-    t1664 = R::fused(t1610, t1658, t1648);
-    t1665 = R::fused(t1611, t1660, t1664);
-    t1666 = R::fused(-t1612, t1663, t1665);
-    t1667 = t1623 * t1666;
-    t1668 = R::fused(-t1589, t1658, t1643);
-    t1669 = R::fused(t1590, t1660, t1668);
-    t1670 = R::fused(-t1591, t1663, t1669);
-    t1671 = R::fused(-t1592, t1667, t1670);
-    t1672 = t1608 * t1671;
-    t1673 = R::fused(t1567, t1658, t1586);
-    t1674 = R::fused(t1568, t1660, t1673);
-    t1675 = R::fused(-t1547, t1663, t1674);
-    t1676 = R::fused(-t1571, t1667, t1675);
-    t1677 = R::fused(t1573, t1672, t1676);
+    t1658 = t1657 * t1656;
+    t1659 = R::fused(t1647, t1658, t1649);
+    t1660 = R::fused(t1634, t1658, t1637);
+    t1661 = R::fused(t1615, t1658, t1619);
+    t1662 = R::fused(-t1589, t1658, t1594);
+    t1663 = R::fused(t1561, t1658, t1556);
+    t1664 = t1650 * t1659;
+    t1665 = R::fused(t1635, t1664, t1660);
+    t1666 = R::fused(t1616, t1664, t1661);
+    t1667 = R::fused(t1590, t1664, t1662);
+    t1668 = R::fused(t1565, t1664, t1663);
+    t1669 = t1638 * t1665;
+    t1670 = R::fused(-t1617, t1669, t1666);
+    t1671 = R::fused(-t1591, t1669, t1667);
+    t1672 = R::fused(-t1570, t1669, t1668);
+    t1673 = t1620 * t1670;
+    t1674 = R::fused(-t1592, t1673, t1671);
+    t1675 = R::fused(-t1576, t1673, t1672);
+    t1676 = t1595 * t1674;
+    t1677 = R::fused(t1581, t1676, t1675);
     t1678 = t1587 * t1677;
-    t1679 = R::constant(0.0764) * t1678; // right_hip_yaw_link: acceleration
-    t1680 = R::constant(0.0764) * t1667; // right_hip_yaw_link: acceleration
     // right_hip_yaw_link, left_hip_yaw_link: acceleration
-    t1681_1682 = R::Two::fused(both(t1679), two(R::constant(1.0), R::constant(-1.0)), both(t1658));
-    t1683_1684 = R::Two::fused(both(t1680), two(R::constant(-1.0), R::constant(1.0)), both(t1663));
-    t1685_1686 = t1429_1430 * t1681_1682;
-    t1687_1688 = R::Two::fused(t1433_1434, both(t1660), t1685_1686);
-    t1689_1690 = R::Two::fused(t1327_1328 * two(R::constant(-1.0), R::constant(1.0)), t1683_1684, t1687_1688);
-    t1691_1692 = R::Two::fused(t1689_1690, two(R::constant(-1.0), R::constant(1.0)), t1449_1450);
-    t1693_1694 = t1445_1446 * both(t1667);
-    t1695_1696 = R::Two::fused(-t1447_1448, both(t1672), t1693_1694);
-    t1697_1698 = R::Two::fused(-t1355_1356, both(t1678), t1695_1696);
-    t1699_1700 = t1691_1692 + t1697_1698;
-    t1701_1702 = t1451_1452 * t1699_1700;
-    t1703_1704 = both(t1678) + t1701_1702;
+    t1679_1680 = t1445_1446 * both(t1673);
+    t1681_1682 = R::Two::fused(-t1447_1448, both(t1676), t1679_1680);
+    t1683_1684 = R::Two::fused(-t1341_1342, both(t1678), t1681_1682);
+    t1685 = R::constant(0.0764) * t1673; // right_hip_yaw_link: acceleration
+    t1686_1687 = R::Two::fused(both(t1685), two(R::constant(-1.0), R::constant(1.0)), both(t1669));
     // right_hip_roll_link, left_hip_roll_link: acceleration
-    t1705_1706 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1681_1682;
-    t1707_1708 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(t1660), t1705_1706);
-    t1709_1710 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1681_1682;
-    t1711_1712 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(t1660), t1709_1710);
-    t1713_1714 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * both(t1667);
-    t1715_1716 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(t1672), t1713_1714);
-    t1717_1718 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * both(t1667);
-    t1719_1720 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(t1672), t1717_1718);
-    t1721_1722 = t1159_1160 * t1707_1708;
-    t1723_1724 = R::Two::fused(t1271_1272, t1711_1712, t1721_1722);
-    t1725_1726 = R::Two::fused(-t1275_1276, t1683_1684, t1723_1724);
-    t1727_1728 = t1291_1292 + t1725_1726;
-    t1729_1730 = t1195_1196 * t1715_1716;
-    t1731_1732 = R::Two::fused(t1287_1288, t1719_1720, t1729_1730);
-    t1733_1734 = R::Two::fused(t1289_1290, t1703_1704, t1731_1732);
-    t1735_1736 = t1727_1728 - t1733_1734;
-    t1737_1738 = t1293_1294 * t1735_1736;
-    t1739_1740 = t1715_1716 + t1737_1738;
+    t1688_1689 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * both(t1673);
+    t1690_1691 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * both(t1673);
+    t1692_1693 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(t1676), t1688_1689);
+    t1694_1695 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(t1676), t1690_1691);
+    t1696_1697 = t1177_1178 * t1692_1693;
+    t1698_1699 = R::Two::fused(t1243_1244, t1694_1695, t1696_1697);
     // right_upper_leg, left_upper_leg: acceleration
-    t1741_1742 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1711_1712;
-    t1743_1744 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1683_1684, t1741_1742);
-    t1745_1746 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1711_1712;
-    t1747_1748 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1683_1684, t1745_1746);
-    t1749_1750 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1719_1720;
-    t1751_1752 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1703_1704, t1749_1750);
-    t1753_1754 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1719_1720;
-    t1755_1756 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1703_1704, t1753_1754);
-    t1757_1758 = t1103_1104 * t1707_1708;
-    t1759_1760 = R::Two::fused(t1047_1048, t1743_1744, t1757_1758);
-    t1761_1762 = R::Two::fused(-t1105_1106, t1747_1748, t1759_1760);
-    t1763_1764 = t1133_1134 + t1761_1762;
-    t1765_1766 = t1111_1112 * t1739_1740;
-    t1767_1768 = R::Two::fused(t1115_1116 * two(R::constant(1.0), R::constant(-1.0)), t1751_1752, t1765_1766);
-    t1769_1770 = R::Two::fused(t1117_1118, t1755_1756, t1767_1768);
-    t1771_1772 = R::Two::fused(t1769_1770, two(R::constant(1.0), R::constant(-1.0)), t1763_1764);
-    t1773_1774 = t1135_1136 * t1771_1772;
-    t1775_1776 = t1751_1752 - t1773_1774;
+    t1700_1701 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1694_1695;
+    t1702_1703 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1694_1695;
+    t1704 = R::constant(0.0764) * t1678; // right_hip_yaw_link: acceleration
+    // right_hip_yaw_link, left_hip_yaw_link: acceleration
+    t1705_1706 = R::Two::fused(both(t1704), two(R::constant(1.0), R::constant(-1.0)), both(t1658));
+    t1707_1708 = t1431_1432 * t1705_1706;
+    t1709_1710 = R::Two::fused(t1433_1434, both(t1664), t1707_1708);
+    t1711_1712 = R::Two::fused(t1325_1326 * two(R::constant(-1.0), R::constant(1.0)), t1686_1687, t1709_1710);
+    t1713_1714 = R::Two::fused(t1711_1712, two(R::constant(-1.0), R::constant(1.0)), t1449_1450);
+    t1715_1716 = t1713_1714 + t1683_1684;
+    t1717_1718 = t1451_1452 * t1715_1716;
+    t1719_1720 = both(t1678) + t1717_1718;
+    t1721_1722 = R::Two::fused(t1245_1246, t1719_1720, t1698_1699); // right_hip_roll_link, left_hip_roll_link
+    // right_upper_leg, left_upper_leg: acceleration
+    t1723_1724 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1719_1720, t1700_1701);
+    t1725_1726 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1719_1720, t1702_1703);
+    // right_hip_roll_link, left_hip_roll_link: acceleration
+    t1727_1728 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1705_1706;
+    t1729_1730 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1705_1706;
+    t1731_1732 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(t1664), t1727_1728);
+    t1733_1734 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(t1664), t1729_1730);
+    t1735_1736 = t1145_1146 * t1731_1732;
+    t1737_1738 = R::Two::fused(t1239_1240, t1733_1734, t1735_1736);
+    t1739_1740 = R::Two::fused(-t1241_1242, t1686_1687, t1737_1738);
+    t1741_1742 = t1291_1292 + t1739_1740;
+    t1743_1744 = t1741_1742 - t1721_1722;
+    t1745_1746 = t1293_1294 * t1743_1744;
+    t1747_1748 = t1692_1693 + t1745_1746;
+    // right_upper_leg, left_upper_leg: acceleration
+    t1749_1750 = t1095_1096 * t1731_1732;
+    t1751_1752 = t1115_1116 * t1747_1748;
+    t1753_1754 = R::Two::fused(t1125_1126 * two(R::constant(1.0), R::constant(-1.0)), t1723_1724, t1751_1752);
+    t1755_1756 = R::Two::fused(t1131_1132, t1725_1726, t1753_1754);
+    t1757_1758 = t963_964 * t1747_1748; // right_lower_leg, left_lower_leg: acceleration
+    t1759_1760 = t813_814 * t1747_1748; // right_ankle, left_ankle: acceleration
+    t1761_1762 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1733_1734;
+    t1763_1764 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1733_1734;
+    t1765_1766 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1686_1687, t1761_1762);
+    t1767_1768 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1686_1687, t1763_1764);
+    t1769_1770 = R::Two::fused(t1103_1104, t1765_1766, t1749_1750);
+    t1771_1772 = R::Two::fused(-t1123_1124, t1767_1768, t1769_1770);
+    t1773_1774 = t1133_1134 + t1771_1772;
+    t1775_1776 = R::Two::fused(t1755_1756, two(R::constant(1.0), R::constant(-1.0)), t1773_1774);
+    t1777_1778 = t1135_1136 * t1775_1776;
+    t1779_1780 = t1723_1724 - t1777_1778;
     // right_lower_leg, left_lower_leg: acceleration
-    t1777_1778 = t155_156 * t1755_1756;
-    t1779_1780 = R::Two::fused(-t153_154, t1739_1740, t1777_1778);
-    t1781_1782 = R::Two::fused(t153_154, t1775_1776, t1707_1708);
-    t1783_1784 = t1743_1744 + t1779_1780;
-    t1785_1786 = R::Two::fused(-t155_156, t1775_1776, t1747_1748);
-    t1787_1788 = t951_952 * t1781_1782;
-    t1789_1790 = R::Two::fused(t895_896, t1783_1784, t1787_1788);
-    t1791_1792 = R::Two::fused(-t953_954, t1785_1786, t1789_1790);
-    t1793_1794 = t981_982 + t1791_1792;
-    t1795_1796 = t959_960 * t1739_1740;
-    t1797_1798 = R::Two::fused(t963_964 * two(R::constant(1.0), R::constant(-1.0)), t1775_1776, t1795_1796);
-    t1799_1800 = R::Two::fused(t965_966, t1755_1756, t1797_1798);
-    t1801_1802 = R::Two::fused(t1799_1800, two(R::constant(1.0), R::constant(-1.0)), t1793_1794);
-    t1803_1804 = t983_984 * t1801_1802;
-    t1805_1806 = t1775_1776 - t1803_1804;
+    t1781_1782 = R::Two::fused(t973_974 * two(R::constant(1.0), R::constant(-1.0)), t1779_1780, t1757_1758);
+    t1783_1784 = R::Two::fused(t979_980, t1725_1726, t1781_1782);
+    t1785_1786 = R::Two::fused(t119_120, t1779_1780, t1731_1732);
+    t1787_1788 = R::Two::fused(-t141_142, t1779_1780, t1767_1768);
+    t1789_1790 = t141_142 * t1725_1726;
+    t1791_1792 = R::Two::fused(-t119_120, t1747_1748, t1789_1790);
+    t1793_1794 = t1765_1766 + t1791_1792;
+    t1795_1796 = t943_944 * t1785_1786;
+    t1797_1798 = R::Two::fused(t951_952, t1793_1794, t1795_1796);
+    t1799_1800 = R::Two::fused(-t971_972, t1787_1788, t1797_1798);
+    t1801_1802 = t981_982 + t1799_1800;
+    t1803_1804 = R::Two::fused(t1783_1784, two(R::constant(1.0), R::constant(-1.0)), t1801_1802);
+    t1805_1806 = t983_984 * t1803_1804;
+    t1807_1808 = t1779_1780 - t1805_1806;
     // right_ankle, left_ankle: acceleration
-    t1807_1808 = t201_202 * t1755_1756;
-    t1809_1810 = R::Two::fused(-t199_200, t1739_1740, t1807_1808);
-    t1811_1812 = R::Two::fused(t199_200, t1805_1806, t1781_1782);
-    t1813_1814 = t1783_1784 + t1809_1810;
-    t1815_1816 = R::Two::fused(-t201_202, t1805_1806, t1785_1786);
-    t1817_1818 = t801_802 * t1811_1812;
-    t1819_1820 = R::Two::fused(t695_696, t1813_1814, t1817_1818);
-    t1821_1822 = R::Two::fused(-t799_800, t1815_1816, t1819_1820);
-    t1823_1824 = t829_830 + t1821_1822;
-    t1825_1826 = t827_828 * t1739_1740;
-    t1827_1828 = R::Two::fused(-t739_740, t1805_1806, t1825_1826);
-    t1829_1830 = R::Two::fused(t823_824, t1755_1756, t1827_1828);
-    t1831_1832 = t1823_1824 - t1829_1830;
+    t1809_1810 = R::Two::fused(-t433_434, t1807_1808, t1759_1760);
+    t1811_1812 = R::Two::fused(t811_812, t1725_1726, t1809_1810);
+    t1813_1814 = R::Two::fused(t24_25, t1807_1808, t1785_1786);
+    t1815_1816 = R::Two::fused(-t26_27, t1807_1808, t1787_1788);
+    t1817_1818 = t26_27 * t1725_1726;
+    t1819_1820 = R::Two::fused(-t24_25, t1747_1748, t1817_1818);
+    t1821_1822 = t1793_1794 + t1819_1820;
+    t1823_1824 = t471_472 * t1813_1814;
+    t1825_1826 = R::Two::fused(t753_754, t1821_1822, t1823_1824);
+    t1827_1828 = R::Two::fused(-t473_474, t1815_1816, t1825_1826);
+    t1829_1830 = two(sin_t2, sin_t3) * t1725_1726; // right_foot, left_foot: acceleration
+    t1831_1832 = t815_816 + t1827_1828;
     let (
         t1833_1834, t1835_1836, t1837_1838, t1839_1840, t1841_1842, t1843_1844, t1845_1846, t1847_1848, t1849_1850,
         t1851_1852, t1853_1854, t1855_1856, t1857_1858, t1859_1860, t1861_1862, t1863_1864, t1865_1866,
     );
-    t1833_1834 = t831_832 * t1831_1832;
-    t1835_1836 = t1805_1806 - t1833_1834;
     // right_foot, left_foot: acceleration
-    t1837_1838 = two(cos_t2, cos_t3) * t1815_1816;
-    t1839_1840 = R::Two::fused(two(sin_t2, sin_t3), t1811_1812, t1837_1838);
-    t1841_1842 = two(cos_t2, cos_t3) * t1755_1756;
-    t1843_1844 = R::Two::fused(two(sin_t2, sin_t3), t1739_1740, t1841_1842);
-    t1845_1846 = two(sin_t2, sin_t3) * t1755_1756;
-    t1847_1848 = R::Two::fused(-two(cos_t2, cos_t3), t1739_1740, t1845_1846);
-    t1849_1850 = R::Two::fused(both(R::constant(0.037)), t1847_1848, t1813_1814);
-    t1851_1852 = t307_308 * t1849_1850;
-    t1853_1854 = R::Two::fused(-t305_306, t1839_1840, t1851_1852);
-    t1855_1856 = t677_678 + t1853_1854;
-    t1857_1858 = both(R::constant(0.001228333333)) * t1847_1848;
-    t1859_1860 = R::Two::fused(-t321_322, t1835_1836, t1857_1858);
-    t1861_1862 = R::Two::fused(-t323_324, t1843_1844, t1859_1860);
-    t1863_1864 = t1855_1856 + t1861_1862;
+    t1833_1834 = two(cos_t2, cos_t3) * t1725_1726;
+    t1835_1836 = R::Two::fused(-two(cos_t2, cos_t3), t1747_1748, t1829_1830);
+    t1837_1838 = R::Two::fused(two(sin_t2, sin_t3), t1747_1748, t1833_1834);
+    t1839_1840 = both(R::constant(0.001228333333)) * t1835_1836;
+    t1841_1842 = R::Two::fused(both(R::constant(0.037)), t1835_1836, t1821_1822);
+    t1843_1844 = t12_13 * t1841_1842;
+    t1845_1846 = two(cos_t2, cos_t3) * t1815_1816;
+    t1847_1848 = R::Two::fused(two(sin_t2, sin_t3), t1813_1814, t1845_1846);
+    t1849_1850 = R::Two::fused(-t16_17, t1847_1848, t1843_1844);
+    t1851_1852 = t405_406 + t1849_1850;
+    // right_ankle, left_ankle: acceleration
+    t1853_1854 = t1831_1832 - t1811_1812;
+    t1855_1856 = t831_832 * t1853_1854;
+    t1857_1858 = t1807_1808 - t1855_1856;
+    // right_foot, left_foot: acceleration
+    t1859_1860 = R::Two::fused(-t6_7, t1857_1858, t1839_1840);
+    t1861_1862 = R::Two::fused(-t143_144, t1837_1838, t1859_1860);
+    t1863_1864 = t1851_1852 + t1861_1862;
     t1865_1866 = both(R::constant(814.1112620933816)) * t1863_1864;
     *out = [[
-        t1658, t1660, t1663, t1667, t1672, t1678, t1701_1702.first(), t1737_1738.first(), t1773_1774.first(),
-        t1803_1804.first(), t1833_1834.first(), t1865_1866.first(), t1701_1702.second(), t1737_1738.second(),
-        t1773_1774.second(), t1803_1804.second(), t1833_1834.second(), t1865_1866.second(),
+        t1658, t1664, t1669, t1673, t1676, t1678, t1717_1718.first(), t1745_1746.first(), t1777_1778.first(),
+        t1805_1806.first(), t1855_1856.first(), t1865_1866.first(), t1717_1718.second(), t1745_1746.second(),
+        t1777_1778.second(), t1805_1806.second(), t1855_1856.second(), t1865_1866.second(),
     ]];
 }
 }

@@ -21,7 +21,8 @@ pub(super) const CATALOGUE: &[Entry] = &[
         "(4.25), by factoring the mass matrix along the tree",
         "Accelerations under generalised forces: `D⁻¹ (tau − H)`.",
         families::forward_dynamics,
-    ),
+    )
+    .by_pairs(),
     Entry::robot(
         "forward_dynamics_with_forces",
         "(4.25), (4.13)",
@@ -132,6 +133,7 @@ pub(super) const CATALOGUE: &[Entry] = &[
         "Position, velocity and acceleration of the centre of mass, together, world axes.",
         families::center_of_mass_motion,
     )
+    .by_pairs()
     .on_demand(),
     Entry::robot(
         "center_of_mass_velocity",
@@ -162,7 +164,8 @@ pub(super) const CATALOGUE: &[Entry] = &[
         "(4.38), (4.39)",
         "Linear momentum, and angular momentum about the centre of mass, world axes.",
         families::centroidal_momentum,
-    ),
+    )
+    .by_pairs(),
     Entry::robot(
         "centroidal_momentum_matrix",
         "(4.38), (4.39)",
@@ -282,14 +285,16 @@ pub(super) const CATALOGUE: &[Entry] = &[
         "Accelerations of a phase under its contacts, then the contact forces λ: `D a + H = tau + W λ`, `Wᵀ a + w = 0`.",
         Scope::Phase,
         contacts::constrained_dynamics,
-    ),
+    )
+    .by_pairs(),
     Entry::phase(
         "impact_map",
         "(4.20)–(4.22), corrected",
         "Velocity just after the impact that ends a phase, then the impulses; legs keep their names.",
         Scope::Impact,
         contacts::impact_map,
-    ),
+    )
+    .by_pairs(),
     Entry::analysed(
         "relabelled_configuration",
         "R of (4.19b), corrected",
