@@ -19,6 +19,11 @@ fn curve(speed: f64) -> f64 {
 
 /// A log of 16 s at 250 Hz; the torque is the pendulum's own (m l² + I) q̈ + m g l sin q with friction and noise.
 fn log(folder: &Path, seed: u64) -> PathBuf {
+    log_with(folder, seed, curve)
+}
+
+/// The same with other friction.
+fn log_with(folder: &Path, seed: u64, friction: fn(f64) -> f64) -> PathBuf {
     let mut random = Random::new(seed);
     let shift = seed as f64;
     let sines = [(0.6, 1.9, 0.3 * shift), (0.35, 3.7, 1.0 + shift), (0.2, 5.9, 2.0 * shift)];
@@ -30,7 +35,8 @@ fn log(folder: &Path, seed: u64) -> PathBuf {
             let (sine, cosine) = (rate * time + phase).sin_cos();
             (q, v, a) = (q + size * sine, v + size * rate * cosine, a - size * rate * rate * sine);
         }
-        let torque = (1.5 * 0.09 + 0.02) * a + 1.5 * 9.81 * 0.3 * q.sin() + curve(v) + 0.03 * random.normal();
+        let torque =
+            (1.5 * 0.09 + 0.02) * a + 1.5 * 9.81 * 0.3 * q.sin() + friction(v) + 0.03 * random.normal();
         writeln!(table, "{time:.3},{:.8},{torque:.6}", q + 1e-5 * random.normal()).unwrap();
     }
     let file = folder.join(format!("{seed}.csv"));
@@ -104,4 +110,24 @@ fn logs_at_twice_a_usual_cutoff_are_compared() {
         let compared = bipedc(&["compare", text(&robot), text(&file), "--json"]).ok().json();
         assert!(compared["cutoff_hz"].as_f64().unwrap() < 0.49 * f64::from(rate), "{rate} Hz");
     }
+}
+
+/// Before: written with errors that rise, and no word.
+#[test]
+fn an_estimate_that_raises_the_error_is_not_written() {
+    let folder = scratch("raised-by-amend");
+    let robot = folder.join("robot");
+    std::fs::create_dir_all(&robot).unwrap();
+    std::fs::write(robot.join("robot.urdf"), URDF).unwrap();
+    let description = "[base]\nkind = \"fixed\"\nlink = \"stand\"\n";
+    std::fs::write(robot.join("biped.toml"), description).unwrap();
+    let (train, judge) = (log(&folder, 5), log_with(&folder, 6, |_| 0.0));
+    let friction = ["--effect", "coulomb_friction", "--joint", "swing", "--validate", text(&judge)];
+    bipedc(&[&["amend", text(&robot), text(&train)], &friction[..]].concat()).fails_with(&[
+        "its held-out error of the effort rises from",
+        "nothing was written",
+        "--set",
+    ]);
+    assert_eq!(std::fs::read_to_string(robot.join("biped.toml")).unwrap(), description);
+    assert!(!robot.join("history.json").exists());
 }
