@@ -33,7 +33,6 @@ mod compiler;
 #[path = "corpus/main.rs"]
 mod corpus;
 mod drives_of_arms;
-mod early_fading;
 #[path = "experiments/main.rs"]
 mod experiments;
 mod few_joints;
@@ -52,6 +51,7 @@ mod identify_elastic;
 mod late_torques;
 #[path = "laws/main.rs"]
 mod laws;
+mod led_pendulum;
 mod logs_page;
 #[path = "loops/main.rs"]
 mod loops;

@@ -13,7 +13,7 @@ use crate::measure::filtered::{cut, in_hertz, no_filter, reason, unusable};
 use crate::measure::noise::white_noise;
 use crate::measure::residual_noise::residual_noise;
 use crate::measure::trajectory::{Even, States};
-use crate::measure::wild::wild_efforts;
+use crate::measure::wild::WildEfforts;
 use crate::parallel::parallel;
 use crate::robot::{Batch, InverseDynamics, JointLayout, depends_on};
 use crate::signal::Butterworth;
@@ -65,6 +65,7 @@ struct Run<'a> {
     /// Noise of the logged efforts by joint, from the first stretch.
     noise: Vec<f64>,
     accelerations: AccelerationNoise,
+    wild: WildEfforts,
     /// Configurations from the first stretch, one after the other: the noise's way through the model is computed there.
     postures: Vec<f64>,
     /// First and last time that counted, s.
@@ -116,6 +117,7 @@ pub fn compare(
         candidates,
         noise: Vec::new(),
         accelerations,
+        wild: WildEfforts::default(),
         postures: Vec::new(),
         span: None,
     };
@@ -229,8 +231,8 @@ impl Run<'_> {
         let (first, last) = (block.time[range.start], block.time[range.end - 1]);
         self.span = Some((self.span.map_or(first, |s| s.0), last));
         self.accelerations.hear(&self.plan, block);
-        let wild = wild_efforts(&self.plan, self.layout, block);
-        self.plan.warnings.extend(wild.into_iter().map(|warning| warning.in_file(&self.file)));
+        let told = self.wild.look(&self.plan, self.layout, block);
+        self.plan.warnings.extend(told.into_iter().map(|warning| warning.in_file(&self.file)));
         let filtered = parallel(self.candidates.len(), |index| {
             let filter = &self.candidates[index].filter;
             even.states(&self.plan, self.layout, filter, block.time, range.clone())

@@ -2,6 +2,7 @@
 use super::{Channel, Experiment};
 use crate::measure::coloured::telling_velocity;
 use crate::measure::residual_noise::residual_noise;
+use bipedc_effects::effect::{Effect, Law};
 
 /// Standard deviation of what noise leaves in a row, of whose measurement a model leaves `residual`: noise of the row's own measurement and of
 /// the motion.
@@ -32,6 +33,12 @@ pub(crate) fn heard(experiment: &dyn Experiment, row: usize, residual: &[f64]) -
     // Where joints stick what is left is no noise, and jumps to and from it.
     let most = where_free(experiment.sticks(row), residual);
     left.map_or(what.noise, |left| left.min(most).max(what.noise))
+}
+
+/// By how much the springs among these effects yield together, rad/(N m) or m/N.
+pub(crate) fn yielding<'e>(effects: impl Iterator<Item = &'e Effect>) -> f64 {
+    let springs = effects.filter(|effect| effect.kind.law == Law::SeriesElasticity);
+    springs.map(|spring| spring.value("stiffness").recip()).sum()
 }
 
 pub(super) fn root_mean_square(values: &[f64]) -> f64 {

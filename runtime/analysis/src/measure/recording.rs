@@ -9,7 +9,7 @@ use crate::measure::noise::white_noise;
 use crate::measure::stops::Stops;
 use crate::measure::thinning::Held;
 use crate::measure::trajectory::{Even, Unusable};
-use crate::measure::wild::wild_efforts;
+use crate::measure::wild::WildEfforts;
 use crate::measure::{DataSource, Missing, Options};
 use crate::robot::{JointLayout, Trajectory};
 use crate::signal::{Butterworth, Grid, Spline, resample};
@@ -148,13 +148,14 @@ impl Recording {
         let mut accelerations = AccelerationNoise::new(&plan);
         recording.stops = Stops::new(layout, &plan);
         recording.jolts = Jolts::new(&plan);
+        let mut wild = WildEfforts::default();
         while let Some(block) = blocks.next_block()? {
             recording.stops.look(&block, step);
             if hears {
                 accelerations.hear(&plan, &block);
                 recording.jolts.look(&block, step);
-                let wild = wild_efforts(&plan, layout, &block);
-                recording.warnings.extend(wild.into_iter().map(|warning| warning.in_file(log.path())));
+                let told = wild.look(&plan, layout, &block);
+                recording.warnings.extend(told.into_iter().map(|warning| warning.in_file(log.path())));
             }
             recording
                 .add(&plan, layout, (&filter, directions), &block)

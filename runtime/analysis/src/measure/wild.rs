@@ -2,7 +2,7 @@
 use crate::log::Block;
 use crate::measure::columns::Plan;
 use crate::parallel::parallel;
-use crate::robot::JointLayout;
+use crate::robot::{Joint, JointLayout};
 use bipedc_effects::diagnostic::Diagnostic;
 
 /// A reading is wild that is so many times as far from the middle as 99 of 100 are,
@@ -44,25 +44,36 @@ impl Wild {
     }
 }
 
-/// A warning for each joint of which a block has wild readings of its effort.
-pub(crate) fn wild_efforts(plan: &Plan, layout: &JointLayout, block: &Block<'_>) -> Vec<Diagnostic> {
-    let times = &block.time[block.core.clone()];
-    let found = parallel(plan.joints.len(), |joint| {
-        let effort = plan.joints[joint].effort?;
-        Wild::of(&block.columns[effort][block.core.clone()])
-    });
-    let warning = |(joint, wild): (&crate::robot::Joint, Option<Wild>)| {
-        let Wild { count, first, value, usual } = wild?;
-        let message = format!(
-            "`{}/effort` is {value} {unit} at {} s, where 99 of 100 readings lie within {usual:.3} {unit} of the middle one{}: wild readings, which pull at every error and estimate",
-            joint.name,
-            times[first],
-            if count > 1 { format!(", and so far off {count} times in all") } else { String::new() },
-            unit = joint.unit(),
-        );
-        Some(Diagnostic::warning(message).help("leave these fields empty: their rows are then passed over"))
-    };
-    layout.joints.iter().zip(found).filter_map(warning).collect()
+/// Joints of a log of whose efforts wild readings were told.
+#[derive(Default)]
+pub(crate) struct WildEfforts {
+    told: Vec<bool>,
+}
+
+impl WildEfforts {
+    /// A warning for each joint of which a block has wild readings of its effort, once.
+    pub fn look(&mut self, plan: &Plan, layout: &JointLayout, block: &Block<'_>) -> Vec<Diagnostic> {
+        self.told.resize(plan.joints.len(), false);
+        let times = &block.time[block.core.clone()];
+        let found = parallel(plan.joints.len(), |joint| {
+            let effort = plan.joints[joint].effort.filter(|_| !self.told[joint])?;
+            Wild::of(&block.columns[effort][block.core.clone()])
+        });
+        self.told.iter_mut().zip(&found).for_each(|(told, wild)| *told |= wild.is_some());
+        let joints = layout.joints.iter().zip(found);
+        joints.filter_map(|(joint, wild)| Some(warning(joint, wild?, times))).collect()
+    }
+}
+
+fn warning(joint: &Joint, Wild { count, first, value, usual }: Wild, times: &[f64]) -> Diagnostic {
+    let more = if count > 1 { format!(", and so far off at least {count} times") } else { String::new() };
+    let message = format!(
+        "`{}/effort` is {value} {unit} at {} s, where 99 of 100 readings lie within {usual:.3} {unit} of the middle one{more}: wild readings, which pull at every error and estimate",
+        joint.name,
+        times[first],
+        unit = joint.unit(),
+    );
+    Diagnostic::warning(message).help("leave these fields empty: their rows are then passed over")
 }
 
 #[cfg(test)]

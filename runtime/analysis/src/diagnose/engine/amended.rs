@@ -1,7 +1,8 @@
 //! An experiment under effects: what their model leaves.
+use crate::experiments::noise::yielding;
 use crate::experiments::{Channel, Experiment, Inertial, Row};
 use crate::robot::LinkInertias;
-use bipedc_effects::effect::{Effect, Kind, Law, Location};
+use bipedc_effects::effect::{Effect, Kind, Location};
 
 /// An experiment whose model has effects already.
 pub(super) struct Amended<'a> {
@@ -16,9 +17,7 @@ fn through_springs(inner: &dyn Experiment, row: &Row, effects: &[Effect]) -> f64
     if row.channel != Channel::Transmission {
         return 0.0;
     }
-    let springs =
-        effects.iter().filter(|e| e.kind.law == Law::SeriesElasticity && e.location.joint == row.joint);
-    let yielding: f64 = springs.map(|spring| spring.value("stiffness").recip()).sum();
+    let yielding = yielding(effects.iter().filter(|effect| effect.location.joint == row.joint));
     let mut rows = inner.rows().iter();
     let effort = rows.position(|other| other.channel == Channel::Effort && other.joint == row.joint);
     yielding * effort.map_or(0.0, |effort| inner.motion_noise(effort))

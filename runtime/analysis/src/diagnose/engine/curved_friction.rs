@@ -107,15 +107,11 @@ fn estimated(
     curve: Effect,
     teaches: &(dyn Fn(usize, usize) -> bool + Sync),
 ) -> Option<(Effect, HalfWidths)> {
-    let mut effects = refined.effects.clone();
-    effects[k] = curve;
-    let others = effects.iter().enumerate().filter(|(other, _)| *other != k);
-    let held: Vec<(usize, String)> = others
-        .flat_map(|(other, effect)| effect.parameters.keys().map(move |name| (other, name.clone())))
-        .collect();
-    let data = Data { held: &held, at_corners: true, ..data(regression, teaches) };
-    let mut found = refine(data, effects, &[], spread(regression, outcome.corrected));
-    (found.effects.len() > k).then(|| (found.effects.swap_remove(k), found.half_width.swap_remove(k)))
+    let mut others = refined.effects.clone();
+    others.remove(k);
+    let data = Data { at_corners: true, ..data(regression, teaches) };
+    let mut found = refine(data, vec![curve], &others, spread(regression, outcome.corrected));
+    Some((found.effects.pop()?, found.half_width.pop()?))
 }
 
 /// Whether a curve is one beyond doubt.

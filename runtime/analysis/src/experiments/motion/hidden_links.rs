@@ -52,7 +52,7 @@ impl Links<'_> {
     fn solver(&self, stiffness: &[f64], i: usize) -> DMatrix<f64> {
         let mut matrix = &self.inertia[i] / (BETA * self.step * self.step);
         for (j, stiffness) in stiffness.iter().enumerate() {
-            matrix[(j, j)] += self.resistance[j][i][1].max(0.0) + stiffness + LEAST_INERTIA;
+            matrix[(j, j)] += self.resistance[j][i][1].max(0.0) + stiffness;
         }
         let diagonal = DMatrix::from_diagonal(&matrix.diagonal().map(f64::recip));
         matrix.try_inverse().unwrap_or(diagonal)

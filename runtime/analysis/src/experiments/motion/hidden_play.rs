@@ -5,13 +5,12 @@
 //! calls M, K, τ₀, until it meets a stop, where it stays (stops of gears hardly let it bounce). Nothing is drawn after the
 //! measured torque: the contact forgets what the estimate was off by. What comes out is as sharp as reality; it passes the
 //! filter of all positions, so that it is what a filtered encoder on the link would have said.
+use super::hidden_link::LEAST_INERTIA;
 use crate::signal::{Butterworth, Spline};
 use std::ops::Range;
 
 /// Longest step of the flight between the stops, s.
 const FLIGHT_STEP: f64 = 5e-4;
-/// Least inertia, kg m²: the equation has a solution for any.
-const LEAST_INERTIA: f64 = 1e-9;
 
 /// What is known of the joint at every sample.
 pub(super) struct Play<'a> {

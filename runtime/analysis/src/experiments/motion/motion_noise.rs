@@ -1,7 +1,8 @@
 //! What the noise of the motion makes of rows: accelerations that are not so, through masses, rotors and springs.
 use super::experiment::MotionExperiment;
+use crate::experiments::noise::yielding;
 use crate::experiments::{Channel, Row};
-use bipedc_effects::effect::{Effect, Law, Simulation};
+use bipedc_effects::effect::{Effect, Simulation};
 
 /// Samples at which the noise's way through the model is computed.
 pub(super) const NOISE_SAMPLES: usize = 16;
@@ -29,10 +30,7 @@ impl MotionExperiment<'_> {
                 *variance += noise.powi(2) * squares.iter().sum::<f64>() / squares.len().max(1) as f64;
             }
         }
-        let yielding = |joint: usize| -> f64 {
-            let springs = self.present.iter().filter(|e| e.kind.law == Law::SeriesElasticity);
-            springs.filter(|e| self.joint(e) == Some(joint)).map(|e| e.value("stiffness").recip()).sum()
-        };
+        let yielding = |joint: usize| yielding(self.present.iter().filter(|e| self.joint(e) == Some(joint)));
         let of_row = |(row, joint): (&Row, &usize)| match row.channel {
             Channel::Effort => variances[*joint].sqrt(),
             // Through the springs that the description has.

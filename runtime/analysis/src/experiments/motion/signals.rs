@@ -7,7 +7,7 @@ use crate::experiments::signals::RATE_OF_LOAD;
 const OWN: [&str; 5] = ["position", "velocity", "load", "acceleration", "time"];
 
 impl MotionExperiment<'_> {
-    /// The same of a row: an angle between a motor and its link may go with how fast the torque between them changes, where what yields damps.
+    /// Signals of a row, those of its joint; an angle between a motor and its link may also go with how fast the torque between them changes, where what yields damps.
     pub(super) fn signals_of_row(&self, row: usize) -> Vec<(String, Vec<f64>)> {
         let joint = self.joint_of[row];
         let mut signals = self.signals_of(joint);

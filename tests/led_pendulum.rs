@@ -1,4 +1,5 @@
-//! Friction that is larger near rest and has faded long before the joint is as fast as it usually is: a pendulum that is led along a smooth motion.
+//! Logs of a pendulum that is led along a smooth motion: friction that has faded long before the joint is as fast as it usually is, effects that `amend` is
+//! asked for, sampling rates at twice a usual cut-off, wild readings.
 use crate::cli::{bipedc, scratch, text};
 use bipedc_effects::random::Random;
 use serde_json::Value;
@@ -11,6 +12,17 @@ const URDF: &str = r#"<robot name="pendulum">
   <joint name="swing" type="revolute"><parent link="stand"/><child link="rod"/><axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="50" velocity="20"/></joint>
 </robot>
 "#;
+
+const DESCRIPTION: &str = "[base]\nkind = \"fixed\"\nlink = \"stand\"\n";
+
+/// The robot in a folder.
+fn described(folder: &Path) -> PathBuf {
+    let robot = folder.join("robot");
+    std::fs::create_dir_all(&robot).unwrap();
+    std::fs::write(robot.join("robot.urdf"), URDF).unwrap();
+    std::fs::write(robot.join("biped.toml"), DESCRIPTION).unwrap();
+    robot
+}
 
 /// Friction by velocity, N m.
 fn curve(speed: f64) -> f64 {
@@ -48,10 +60,7 @@ fn log_with(folder: &Path, seed: u64, friction: fn(f64) -> f64) -> PathBuf {
 #[test]
 fn a_curve_that_fades_within_a_tenth_of_the_usual_speed_is_one() {
     let folder = scratch("early-fading");
-    let robot = folder.join("robot");
-    std::fs::create_dir_all(&robot).unwrap();
-    std::fs::write(robot.join("robot.urdf"), URDF).unwrap();
-    std::fs::write(robot.join("biped.toml"), "[base]\nkind = \"fixed\"\nlink = \"stand\"\n").unwrap();
+    let robot = described(&folder);
     let logs = [1, 2].map(|seed| log(&folder, seed));
     let answer: Value =
         bipedc(&["diagnose", text(&robot), text(&logs[0]), "--validate", text(&logs[1]), "--json"])
@@ -75,10 +84,7 @@ fn a_curve_that_fades_within_a_tenth_of_the_usual_speed_is_one() {
 #[test]
 fn what_is_given_to_amend_is_held() {
     let folder = scratch("given-to-amend");
-    let robot = folder.join("robot");
-    std::fs::create_dir_all(&robot).unwrap();
-    std::fs::write(robot.join("robot.urdf"), URDF).unwrap();
-    std::fs::write(robot.join("biped.toml"), "[base]\nkind = \"fixed\"\nlink = \"stand\"\n").unwrap();
+    let robot = described(&folder);
     let log = log(&folder, 3);
     let given = ["--effect", "stribeck_friction", "--joint", "swing", "--set", "static=0.65"];
     bipedc(&[&["amend", text(&robot), text(&log)], &given[..]].concat()).ok();
@@ -93,10 +99,7 @@ fn what_is_given_to_amend_is_held() {
 #[test]
 fn logs_at_twice_a_usual_cutoff_are_compared() {
     let folder = scratch("twice-a-cutoff");
-    let robot = folder.join("robot");
-    std::fs::create_dir_all(&robot).unwrap();
-    std::fs::write(robot.join("robot.urdf"), URDF).unwrap();
-    std::fs::write(robot.join("biped.toml"), "[base]\nkind = \"fixed\"\nlink = \"stand\"\n").unwrap();
+    let robot = described(&folder);
     let table = std::fs::read_to_string(log(&folder, 4)).unwrap();
     // 50, 80, 125, 180 and 250 Hz: 25, 40, 62.5, 90 and 125 Hz are half of them.
     for rate in [50_u32, 80, 125, 180, 250] {
@@ -116,11 +119,7 @@ fn logs_at_twice_a_usual_cutoff_are_compared() {
 #[test]
 fn an_estimate_that_raises_the_error_is_not_written() {
     let folder = scratch("raised-by-amend");
-    let robot = folder.join("robot");
-    std::fs::create_dir_all(&robot).unwrap();
-    std::fs::write(robot.join("robot.urdf"), URDF).unwrap();
-    let description = "[base]\nkind = \"fixed\"\nlink = \"stand\"\n";
-    std::fs::write(robot.join("biped.toml"), description).unwrap();
+    let robot = described(&folder);
     let (train, judge) = (log(&folder, 5), log_with(&folder, 6, |_| 0.0));
     let friction = ["--effect", "coulomb_friction", "--joint", "swing", "--validate", text(&judge)];
     bipedc(&[&["amend", text(&robot), text(&train)], &friction[..]].concat()).fails_with(&[
@@ -128,6 +127,25 @@ fn an_estimate_that_raises_the_error_is_not_written() {
         "nothing was written",
         "--set",
     ]);
-    assert_eq!(std::fs::read_to_string(robot.join("biped.toml")).unwrap(), description);
+    assert_eq!(std::fs::read_to_string(robot.join("biped.toml")).unwrap(), DESCRIPTION);
     assert!(!robot.join("history.json").exists());
+}
+
+/// Before: not a word, and 25 kN m of error. A second wild reading 16 000 rows later is of the same joint: one warning is enough.
+#[test]
+fn single_wild_readings_are_told_once() {
+    let folder = scratch("wild-readings");
+    let robot = described(&folder);
+    let table = std::fs::read_to_string(log(&folder, 7)).unwrap();
+    let lines: Vec<&str> = table.lines().skip(1).collect();
+    let rows = (0..40_000).map(|step| {
+        let row: Vec<&str> = lines[step % lines.len()].split(',').collect();
+        let effort = if [9000, 30_000].contains(&step) { "1e6" } else { row[2] };
+        format!("{:.3},{},{effort}\n", 0.004 * step as f64, row[1])
+    });
+    let file = folder.join("wild.csv");
+    std::fs::write(&file, format!("time,swing/position,swing/effort\n{}", rows.collect::<String>())).unwrap();
+    let told = bipedc(&["compare", text(&robot), text(&file)]).ok().err;
+    assert_eq!(told.matches("wild readings").count(), 1, "{told}");
+    assert!(told.contains("`swing/effort` is 1000000 N m at 36 s"), "{told}");
 }
