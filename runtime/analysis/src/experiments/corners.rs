@@ -122,7 +122,7 @@ pub(crate) fn landings(experiment: &dyn Experiment, effects: &[Effect]) -> Vec<b
     if !crossings.contains(&true) {
         return Vec::new();
     }
-    enough_beside(&crossings, experiment.smeared(), &REACHES).left_out
+    enough_beside(&crossings, &[], (experiment.smeared(), &REACHES)).left_out
 }
 
 /// Where links behind play meet their stops in legs on the ground, see [`landings`]: where they rest is told by where the feet stand, on a stand
@@ -233,7 +233,12 @@ fn crossings(experiment: &dyn Experiment, row: usize, effects: &[Effect]) -> Cor
     let Some(load) = signal_of(experiment, row, "load") else { return Corners::default() };
     let least = WIDTHS * play.value(SMOOTHING);
     let small: Vec<bool> = load.iter().map(|torque| torque.abs() < least).collect();
-    enough_beside(&small, experiment.smeared(), &REACHES)
+    enough_beside(&small, &[], (experiment.smeared(), &REACHES))
+}
+
+/// Samples at which a joint of a row sticks, and as far around as filters smear what it does when it begins and ceases to move.
+pub(crate) fn departures(experiment: &dyn Experiment, row: usize) -> Vec<bool> {
+    around(experiment.sticks(row), FARTHEST * experiment.smeared())
 }
 
 /// Samples at which a joint with dry friction, or one that rubs in it, turns about; empty where it has none, or moves so slowly that too few others were left.
@@ -251,7 +256,10 @@ fn reversals(experiment: &dyn Experiment, row: usize, effects: &[Effect], reache
             slow.resize(speed.len(), false);
             slow.iter_mut().zip(speed).for_each(|(slow, speed)| *slow |= speed.abs() < width);
         }
-        if slow.is_empty() { Corners::default() } else { enough_beside(&slow, experiment.smeared(), reaches) }
+        if slow.is_empty() {
+            return Corners::default();
+        }
+        enough_beside(&slow, experiment.sticks(row), (experiment.smeared(), reaches))
     };
     let own = beside(|effect| !is_coupling(effect), reaches);
     // Two joints turn about more often than one: what rings farther away costs less than the samples there.
@@ -261,11 +269,13 @@ fn reversals(experiment: &dyn Experiment, row: usize, effects: &[Effect], reache
 }
 
 /// Flags, and as many around them as leave enough others: `reaches` times so many samples, the farthest first, else none
-/// around; empty if too few are left even so.
-fn enough_beside(flags: &[bool], smeared: usize, reaches: &[usize]) -> Corners {
+/// around; empty if too few are left even so. Samples that stick count neither among those that are left nor among those that there are.
+fn enough_beside(flags: &[bool], sticks: &[bool], (smeared, reaches): (usize, &[usize])) -> Corners {
+    let moves = |i: &usize| !sticks.get(*i).is_some_and(|sticks| *sticks);
+    let moving = (0..flags.len()).filter(moves).count();
     let leaves_enough = |(_, flags): &(usize, Vec<bool>)| {
-        let left = flags.iter().filter(|flag| !**flag).count();
-        left as f64 >= LEFT * flags.len() as f64
+        let left = (0..flags.len()).filter(moves).filter(|i| !flags[*i]).count();
+        left > 0 && left as f64 >= LEFT * moving as f64
     };
     let wide = reaches.iter().map(|&reach| (reach, around(flags, reach * smeared)));
     match wide.chain([(0, flags.to_vec())]).find(leaves_enough) {

@@ -220,6 +220,11 @@ pub trait Experiment: Send + Sync {
         1.0
     }
 
+    /// How many times as slow as usual the joint of a place moves and accelerates, each at least 1.
+    fn slowness(&self, _place: &Location) -> [f64; 2] {
+        [1.0; 2]
+    }
+
     /// A small part of the torque that the joint of a place usually transmits, N m (N), below which play may be anywhere between its stops.
     fn small_load(&self, _place: &Location) -> Option<f64> {
         None

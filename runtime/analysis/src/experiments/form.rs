@@ -58,14 +58,46 @@ pub(crate) struct Reach {
     heaviness: f64,
     /// How far a centre of mass may be from where it should be, m: in so many radii of gyration of its link.
     length: f64,
+    /// How many times as slowly as usual the joint moves and accelerates, each at least 1.
+    slowness: [f64; 2],
+    /// How many times as long as those of usual robots the link is, at least 1.
+    longer: f64,
 }
 
 impl Reach {
     pub fn of(experiment: &dyn Experiment, place: &Location) -> Self {
         const RADII: f64 = 1.5;
+        /// So far from its frame, m, links have their mass on robots whose payloads the library calls usual.
+        const EXTENT: f64 = 0.5;
         let links = experiment.link_inertias().map_or(&[][..], |inertias| &inertias.links);
         let own = links.iter().find(|link| place.link.as_ref() == Some(&link.name));
-        Self { heaviness: experiment.heaviness(place), length: RADII * own.map_or(0.0, |link| link.size()) }
+        Self {
+            heaviness: experiment.heaviness(place),
+            slowness: experiment.slowness(place),
+            length: RADII * own.map_or(0.0, |link| link.size()),
+            longer: own.map_or(1.0, |link| (link.extent() / EXTENT).max(1.0)),
+        }
+    }
+
+    /// The range that is usual for a robot of this size.
+    pub fn usual(self, effect: &Effect, name: &str) -> (f64, f64) {
+        let (low, high) = effect.plausible(name);
+        let times = self.times(effect, name);
+        (if low > 0.0 { low } else { low * times }, high * times)
+    }
+
+    /// How many times as large as for a usual robot a parameter may be.
+    fn times(self, effect: &Effect, name: &str) -> f64 {
+        let unit = effect.unit(name);
+        let [slower, softer] = self.slowness;
+        match unit {
+            _ if *effect.kind == kinds::VISCOUS_FRICTION => self.heaviness * slower,
+            _ if *effect.kind == kinds::QUADRATIC_DRAG => self.heaviness * slower * slower,
+            _ if *effect.kind == kinds::ROTOR_INERTIA => self.heaviness * softer,
+            "m" if *effect.kind == kinds::PAYLOAD => self.longer,
+            _ if ["N", "kg"].iter().any(|of| unit.starts_with(of)) => self.heaviness,
+            _ => 1.0,
+        }
     }
 
     /// Whether a value may be true: beyond what is usual it is flagged then, far beyond it is another cause. Effects of many parameters
@@ -79,11 +111,9 @@ impl Reach {
         let beyond = if is_simple { 1.0 } else { 0.2 };
         let (low, high) = effect.plausible(name);
         let slack = beyond * (high - low);
-        let grows = ["N", "kg"].iter().any(|of| effect.unit(name).starts_with(of));
         let part = match is_center {
             true => (self.length / (high + slack)).max(1.0),
-            false if grows => self.heaviness,
-            false => 1.0,
+            false => self.times(effect, name),
         };
         let least = if low > 0.0 { low / (1.0 + beyond) } else { (low - slack) * part };
         (least..=(high + slack) * part).contains(&value)
@@ -111,6 +141,28 @@ pub(crate) fn effect_columns(
         inertial.iter().filter(|(_, inertial)| !inertial.columns.is_empty()).map(of_row).collect()
     };
     Some(directions.iter().map(along).collect())
+}
+
+/// Takes moments of inertia about axes of which the data tell nothing, which a fit leaves as they are, for changed as much as the others: about one axis alone a body's inertia
+/// cannot grow for long.
+fn complete(found: &mut [(&'static str, f64)]) {
+    let diagonal = |name: &str| ["ixx", "iyy", "izz"].contains(&name);
+    let told =
+        found.iter().filter(|(name, change)| diagonal(name) && *change != 0.0).map(|(_, change)| change);
+    let (sum, count) = told.fold((0.0, 0), |(sum, count), change| (sum + change, count + 1));
+    if count > 0 {
+        let idle = found.iter_mut().filter(|(name, change)| diagonal(name) && *change == 0.0);
+        idle.for_each(|(_, change)| *change = sum / f64::from(count));
+    }
+}
+
+/// Empties columns that are next to nothing beside the largest, of parameters of one unit: a tilt about the axis of the only joint does nothing but what rounding and the
+/// square of a small angle do, and a fit would make anything of it.
+fn without_slight(columns: &mut [Column]) {
+    const SLIGHT: f64 = 1e-8;
+    let squares = |column: &Column| column.iter().flat_map(|(_, values)| values).map(|x| x * x).sum::<f64>();
+    let largest = columns.iter().map(squares).fold(0.0, f64::max);
+    columns.iter_mut().filter(|column| squares(column) < SLIGHT * largest).for_each(Vec::clear);
 }
 
 impl Form {
@@ -238,7 +290,11 @@ impl Form {
     /// The columns in an experiment; none for inertial directions.
     pub fn columns(&self, experiment: &dyn Experiment) -> Vec<Column> {
         let Search::Probes(probes) = &self.search else { return Vec::new() };
-        probes.iter().map(|probe| self.column(experiment, probe)).collect()
+        let mut columns: Vec<Column> = probes.iter().map(|probe| self.column(experiment, probe)).collect();
+        if *self.kind == kinds::GRAVITY_TILT {
+            without_slight(&mut columns);
+        }
+        columns
     }
 
     fn column(&self, experiment: &dyn Experiment, probe: &Probe) -> Column {
@@ -270,6 +326,9 @@ impl Form {
     pub fn effect(&self, coefficients: &[f64]) -> Effect {
         let mut found =
             [self.kind.from_coefficients(self.setting, coefficients), self.fixed.clone()].concat();
+        if *self.kind == kinds::INERTIA_ERROR {
+            complete(&mut found);
+        }
         for (name, value) in &mut found {
             if let Some(parameter) = self.kind.parameter(name) {
                 *value = value.clamp(parameter.bounds.0, parameter.bounds.1);

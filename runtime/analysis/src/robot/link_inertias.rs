@@ -98,6 +98,11 @@ impl Link {
         if gyration > POINT * arm { gyration } else { USUAL * arm }
     }
 
+    /// How far from its frame it has mass, m: its centre, and as far again as its mass lies from that.
+    pub fn extent(&self) -> f64 {
+        self.center.iter().map(|x| x * x).sum::<f64>().sqrt() + self.size()
+    }
+
     /// A point of the link frame in the body's frame.
     fn point(&self, x: [f64; 3]) -> [f64; 3] {
         let turned = product(&self.rotation, x);

@@ -387,6 +387,9 @@ impl Experiment for WalkingExperiment<'_> {
     fn heaviness(&self, place: &Location) -> f64 {
         self.joints.heaviness(place)
     }
+    fn slowness(&self, place: &Location) -> [f64; 2] {
+        self.joints.slowness(place)
+    }
     fn small_load(&self, place: &Location) -> Option<f64> {
         self.joints.small_load(place)
     }

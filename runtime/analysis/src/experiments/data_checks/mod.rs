@@ -16,6 +16,7 @@ use crate::robot::link_inertias::LinkInertias;
 use bipedc_effects::diagnostic::Diagnostic;
 pub(crate) use excitation::SHORT;
 pub(super) use excitation::short;
+pub(crate) use signals::clipped;
 
 /// Most samples on which the model is asked again under another reading of the log.
 const SAMPLES: usize = 600;

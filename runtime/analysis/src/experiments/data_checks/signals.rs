@@ -16,7 +16,7 @@ pub(super) fn check(evidence: &Evidence<'_>) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     for (joint, (name, _)) in evidence.joints.iter().enumerate() {
         let limits: Vec<f64> = match &evidence.recording.effort[joint] {
-            Some(effort) => [1.0, -1.0].into_iter().filter_map(|sign| limit(effort, sign)).collect(),
+            Some(effort) => limits(effort).collect(),
             None => Vec::new(),
         };
         if !limits.is_empty() {
@@ -32,6 +32,31 @@ pub(super) fn check(evidence: &Evidence<'_>) -> Vec<Diagnostic> {
     found.extend(constant(evidence));
     found.extend(stuck(evidence));
     found
+}
+
+/// Most of the samples that a clipped effort may lie at its limits.
+const SELDOM: f64 = 0.4;
+
+/// Samples at which an effort is clipped, one flag each; empty where none is, or so many are that the limits are all that it has.
+pub(crate) fn clipped(effort: &[f64]) -> Vec<bool> {
+    let limits: Vec<f64> = limits(effort).collect();
+    if limits.is_empty() {
+        return Vec::new();
+    }
+    // On the other side too, where too few samples lie to be seen.
+    let flags: Vec<bool> = effort.iter().map(|u| limits.iter().any(|l| is_at(u.abs(), l.abs()))).collect();
+    let count = flags.iter().filter(|clipped| **clipped).count();
+    if count as f64 > SELDOM * effort.len() as f64 { Vec::new() } else { flags }
+}
+
+/// Values at which an effort piles up on one side or the other.
+fn limits(effort: &[f64]) -> impl Iterator<Item = f64> {
+    [1.0, -1.0].into_iter().filter_map(|sign| limit(effort, sign))
+}
+
+/// Whether a value is a limit but for rounding.
+fn is_at(value: f64, limit: f64) -> bool {
+    (value - limit).abs() <= 1e-9 * limit.abs().max(1e-12)
 }
 
 /// Efforts that never change while their joints move: nothing was measured. An error if there are no others.
@@ -93,10 +118,7 @@ fn size(values: &[f64]) -> f64 {
 fn limit(values: &[f64], sign: f64) -> Option<f64> {
     let signed = |v: &f64| sign * v;
     let top = values.iter().map(signed).fold(f64::NEG_INFINITY, f64::max);
-    let near = |level: f64| {
-        let width = 1e-9 * top.abs().max(1e-12);
-        values.iter().map(signed).filter(move |v| (v - level).abs() <= width).count() as f64
-    };
+    let near = |level: f64| values.iter().map(signed).filter(move |v| is_at(*v, level)).count() as f64;
     let count = near(top);
     if top == 0.0 || count < (PILE * values.len() as f64).max(10.0) {
         return None;

@@ -9,9 +9,9 @@ pub(super) struct Columns {
     motor: [OnceLock<Vec<f64>>; 3],
     /// Of its link, where the motor's were measured beside them.
     link: [OnceLock<Vec<f64>>; 3],
-    /// What the rigid model needs, N m (N), and its root mean square.
+    /// What the rigid model needs, N m (N).
     load: OnceLock<Vec<f64>>,
-    usual_load: OnceLock<f64>,
+    usual_torque: OnceLock<f64>,
 }
 
 impl MotionExperiment<'_> {
@@ -36,11 +36,15 @@ impl MotionExperiment<'_> {
         self.columns[joint].load.get_or_init(|| self.strided(&self.load, joint).collect())
     }
 
-    /// Its root mean square.
-    pub(super) fn usual_load(&self, joint: usize) -> f64 {
-        *self.columns[joint].usual_load.get_or_init(|| {
-            let squares: f64 = self.of_load(joint).iter().map(|torque| torque * torque).sum();
-            (squares / self.recording.samples().max(1) as f64).sqrt()
+    /// What was measured at a joint, or what its rigid model needs, whichever is larger; root mean square, N m (N).
+    pub(super) fn usual_torque(&self, joint: usize) -> f64 {
+        *self.columns[joint].usual_torque.get_or_init(|| {
+            let measured = self.recording.effort[joint].as_deref().map_or(0.0, root_mean_square);
+            measured.max(root_mean_square(self.of_load(joint)))
         })
     }
+}
+
+pub(super) fn root_mean_square(values: &[f64]) -> f64 {
+    (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }

@@ -5,8 +5,9 @@ use super::places;
 use super::rigid::Rigid;
 use super::under_effects::{Inertials, Turned};
 use super::unseen;
+use crate::experiments::data_checks::{self, clipped};
 use crate::experiments::memo::Memo;
-use crate::experiments::{Channel, Experiment, Inertial, Row, data_checks};
+use crate::experiments::{Channel, Experiment, Inertial, Row};
 use crate::measure::JointPositions;
 use crate::measure::recording::Recording;
 use crate::parallel::parallel;
@@ -38,7 +39,7 @@ pub struct MotionExperiment<'a> {
     pub(super) ground: Vec<f64>,
     /// Formed when first asked for: most of the memory.
     pub(super) inertial: OnceLock<Vec<Option<Inertial>>>,
-    parameters: InertialParameters,
+    pub(super) parameters: InertialParameters,
     residual: Vec<Vec<f64>>,
     /// What the rigid model needs under the turned joints that were asked for last.
     pub(super) turned: Memo<Turned>,
@@ -156,7 +157,7 @@ impl<'a> MotionExperiment<'a> {
         parallel(self.rows.len(), |row| self.sticking(row, &shaken))
     }
 
-    /// Where the joint of an effort sticks or lies at a stop, or one strikes its stop or is shaken: the effort is a bound there, or told by
+    /// Where the joint of an effort sticks or lies at a stop, its effort is clipped, or one strikes its stop or is shaken: the effort is a bound there, or told by
     /// what the filter does not see.
     fn sticking(&self, row: usize, shaken: &[bool]) -> Vec<bool> {
         let joint = self.joint_of[row];
@@ -176,7 +177,8 @@ impl<'a> MotionExperiment<'a> {
             alone: self.layout.joints.len() == 1,
         };
         let sticks = super::sticking::sticking(&what, &present);
-        either(either(sticks, &self.at_stop[joint]), shaken)
+        let clipped = self.recording.effort[joint].as_deref().map_or_else(Vec::new, clipped);
+        either(either(either(sticks, &clipped), &self.at_stop[joint]), shaken)
     }
 
     /// Which joints lay at their stops, where what is left is taken for what these carry, and which were shaken: a sentence each.
@@ -234,6 +236,20 @@ impl<'a> MotionExperiment<'a> {
     /// A small part of a joint's usual speed, one digit: where it is slower it may as well be about to turn.
     pub(super) fn reversal_speed(&self, joint: usize) -> f64 {
         small_part(self.recording.trajectory.velocities(joint))
+    }
+
+    /// Whether another joint moves often enough while a joint does that the sign of a sum of their speeds is not the joint's own.
+    fn meet(&self, joint: usize, other: usize) -> bool {
+        /// Part of the samples at which the joint moves.
+        const OFTEN: f64 = 0.1;
+        let moves = |joint: usize| {
+            let speeds = self.recording.trajectory.velocities(joint);
+            let still = still_speed(speeds);
+            self.recording.trajectory.velocities(joint).map(move |speed| speed.abs() > still)
+        };
+        let moving = moves(joint).filter(|moves| *moves).count();
+        let both = moves(joint).zip(moves(other)).filter(|(own, other)| *own && *other).count();
+        both as f64 > OFTEN * moving as f64
     }
 
     /// The row of a joint's effort.
@@ -361,17 +377,10 @@ impl Experiment for MotionExperiment<'_> {
         Some(self.reversal_speed(joint))
     }
     fn heaviness(&self, place: &Location) -> f64 {
-        /// Such torques (N m; forces as on a wheel of 0.1 m) and such a mass (kg) are those of robots whose effects the library calls usual.
-        const TORQUE: f64 = 30.0;
-        const RADIUS: f64 = 0.1;
-        const MASS: f64 = 60.0;
-        const LARGEST: f64 = 1e3;
-        let Some(joint) = self.index(place.joint.as_deref()) else {
-            let mass: f64 = self.parameters.iter().step_by(InertialParameters::PER_BODY).sum();
-            return (mass / MASS).clamp(1.0, LARGEST);
-        };
-        let usual = if self.layout.joints[joint].prismatic { TORQUE / RADIUS } else { TORQUE };
-        (self.usual_load(joint) / usual).clamp(1.0, LARGEST)
+        self.times_as_heavy(place)
+    }
+    fn slowness(&self, place: &Location) -> [f64; 2] {
+        self.times_as_slow(place)
     }
     fn small_load(&self, place: &Location) -> Option<f64> {
         self.index(place.joint.as_deref()).map(|joint| small_part(self.strided(&self.load, joint)))
@@ -392,7 +401,9 @@ impl Experiment for MotionExperiment<'_> {
             Starts::Neighbours(values) => joint
                 .zip(self.index(location.other_joint.as_deref()))
                 .filter(|(j, other)| j.abs_diff(*other) == 1)
-                .map(|_| values.to_vec()),
+                .map(|(j, other)| {
+                    values.iter().copied().filter(|d| *d == 0.0 || self.meet(j, other)).collect()
+                }),
             Starts::None | Starts::At(_) => None,
         }
     }

@@ -16,6 +16,7 @@ mod rigid;
 mod ripple;
 mod sharp_signs;
 mod signals;
+mod size;
 mod starts;
 mod sticking;
 mod torques;

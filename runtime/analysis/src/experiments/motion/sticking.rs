@@ -7,8 +7,8 @@ use crate::measure::directions::resting;
 use bipedc_effects::effect::{Effect, Simulation};
 use nalgebra::{DMatrix, DVector};
 
-/// A filter smears the kink of a velocity that stops over this part of a period of its cut-off.
-const SMEARED: f64 = 0.25;
+/// A filter smears the kink of a velocity that stops over this part of a period of its cut-off: as far around a rest a joint that seems to move may rest, with friction that is anything.
+const SMEARED: f64 = 0.35;
 /// Least part of the samples that must be left where joints take turns ...
 const MOVING: f64 = 0.01;
 /// ... and where there is one joint only: if that rests most of the time, its log is about holding loads.

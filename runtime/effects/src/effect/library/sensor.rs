@@ -15,7 +15,7 @@ pub static ENCODER_OFFSET: Kind = Kind {
     relations: Relations::NONE,
     identified: None,
     meaning: "The zero of a joint's encoder is off.",
-    symptom: "is the change of the gravity torques with this joint's angle, at several joints at once",
+    symptom: "is the change of the gravity torques with this joint's angle, at all joints that feel it",
     confounders: &[
         confounder("com_offset", "Take postures out of the plane, or turn the base."),
         confounder("parallel_spring", "Turn the base, or move over a wide range of angles."),
