@@ -79,9 +79,9 @@ pub struct Diagnose {
     /// What may happen to masses, centres of mass and inertias
     #[arg(long, value_enum, default_value = "prior")]
     inertial: Inertial,
-    /// Most effects that are looked for
-    #[arg(long, value_name = "N", default_value_t = Options::default().most)]
-    most: usize,
+    /// Most effects that are looked for [default: 12, or two for every joint and two more; at most 24]
+    #[arg(long, value_name = "N")]
+    most: Option<usize>,
     /// Estimate the effects of the description again, beside what is found
     #[arg(long)]
     refit: bool,
@@ -246,7 +246,6 @@ impl Diagnose {
     fn again(&self) -> Typed {
         let inertial = self.inertial.to_possible_value().map(|value| value.get_name().to_owned());
         let inertial = inertial.filter(|_| self.inertial != Inertial::Prior);
-        let most = (self.most != Options::default().most).then_some(self.most);
         let flags =
             [(self.refit, " --refit"), (self.anyway, " --anyway"), (self.with_joints, " --with-joints")];
         let flags: String = flags.iter().filter(|(given, _)| *given).map(|(_, flag)| *flag).collect();
@@ -262,7 +261,7 @@ impl Diagnose {
             .option("--to", self.to.as_ref())
             .option("--foot", self.foot.as_ref())
             .option("--inertial", inertial.as_ref())
-            .option("--most", most.as_ref())
+            .option("--most", self.most.as_ref())
             .option("--channels", channels.as_ref())
             .words(&flags)
     }

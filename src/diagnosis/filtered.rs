@@ -102,7 +102,7 @@ pub(super) fn second_look<'m>(
     let here = first.train.cutoff_hz;
     let slower = (cutoff < here).then(|| looks.behind_a_slower_one(cutoff, error)).flatten();
     // A description that as many effects as are looked for do not put right is another robot's, behind whatever filter.
-    let is_full = answer.unexplained && answer.effects.len() >= request.search.most;
+    let is_full = answer.unexplained && answer.is_full();
     if slower.is_some() || is_full {
         return slower;
     }

@@ -3,7 +3,7 @@ use super::behind::{look_behind, slower_where_safe};
 use super::filtered::{Filtered, Request, Work, filtered, second_look};
 use super::judged::{best_filter, of_all_samples, quietest};
 use super::raised::Raised;
-use super::stated::state;
+use super::stated::{said, state};
 use super::{Diagnosed, Inertial, Options};
 use crate::measurements::currents::{self, Prepared};
 use crate::measurements::{Content, Loaded, Log, Measured};
@@ -41,9 +41,21 @@ pub fn diagnose(
     let work = |train: &dyn Experiment, judge: Option<&dyn Experiment>, search: &diagnose::Options| {
         progress.counted("diagnosing", |progress| diagnose::diagnose(train, judge, search, progress))
     };
-    let found = answer(&request, &work)?;
-    let own = judged_by_itself(&request, &found.diagnosis, &work);
-    Ok(with_notes(own.unwrap_or(found), &prepared))
+    let mut found = answer(&request, &work)?;
+    match judged_by_itself(&request, &found.diagnosis, &work) {
+        Some(ByItself::Answer(own)) => found = *own,
+        Some(ByItself::Filter(second)) => taken_off(&mut found, &second),
+        None => {}
+    }
+    Ok(with_notes(found, &prepared))
+}
+
+/// What the training log says beside the answer that another log judged.
+enum ByItself {
+    /// More acts in it.
+    Answer(Box<Diagnosed>),
+    /// The same acts in it, and behind the filter of this answer less is left: of fast motion, which the other one took off.
+    Filter(Box<Diagnosis>),
 }
 
 /// Part of the training log's error that blocks of it must leave to judge instead of a log that does not show what acts there.
@@ -51,7 +63,7 @@ const EXPLAINS: f64 = 0.8;
 
 /// The answer that blocks of the training log give, where the log that was to judge is explained down to its noise, the training log is not, and
 /// its own blocks tell what acts there beside all that was found.
-fn judged_by_itself(request: &Request<'_>, first: &Diagnosis, work: Work<'_>) -> Option<Diagnosed> {
+fn judged_by_itself(request: &Request<'_>, first: &Diagnosis, work: Work<'_>) -> Option<ByItself> {
     let (name, missed, _) = first.unseen_by_judge().filter(|_| !first.unexplained)?;
     let own = Request { validate: None, passed_over: request.validate.clone(), ..request.clone() };
     // What cannot judge itself leaves the first answer.
@@ -59,10 +71,46 @@ fn judged_by_itself(request: &Request<'_>, first: &Diagnosis, work: Work<'_>) ->
     let Diagnosis { rows_training, rms_training, .. } = &second.diagnosis;
     // All of that log counts: where its blocks do not show what acts either, nothing is told.
     let left = rows_training.get(name).or_else(|| rms_training.get(name))?.told();
+    let is_told = left < EXPLAINS * missed.told() && tells(&second.diagnosis, first);
+    if !is_told {
+        return None;
+    }
+    // The same effects once more are no reason to let another log judge.
+    let is_more = !tells(first, &second.diagnosis) || second.diagnosis.unexplained;
+    Some(match is_more {
+        true => ByItself::Answer(Box::new(second)),
+        false => ByItself::Filter(Box::new(second.diagnosis)),
+    })
+}
+
+/// Whether all effects and corrections of one answer stand in another one.
+fn tells(answer: &Diagnosis, other: &Diagnosis) -> bool {
     let same = |a: &Effect, b: &Effect| a.kind == b.kind && a.location == b.location;
-    let stands = |effect: &Effect| second.diagnosis.estimated().any(|other| same(effect, other));
-    let is_told = left < EXPLAINS * missed.told() && first.effects.iter().all(|found| stands(&found.effect));
-    is_told.then_some(second)
+    other.estimated().all(|effect| answer.estimated().any(|one| same(one, effect)))
+}
+
+/// Behind another filter no more than this part of an error is left that is fast motion, which the first one took off.
+const TAKEN_OFF: f64 = 0.5;
+
+/// Rows of the training log of which little but noise is left behind the filter of another answer, which explains it, are taken for noise.
+fn taken_off(found: &mut Diagnosed, other: &Diagnosis) {
+    let answer = &mut found.diagnosis;
+    for (rows, others) in
+        [(&mut answer.rows_training, &other.rows_training), (&mut answer.rms_training, &other.rms_training)]
+    {
+        let is_gone = |row: &str, fall: &ErrorFall| {
+            others
+                .get(row)
+                .is_some_and(|other| other.above_noise().is_none() || other.told() < TAKEN_OFF * fall.told())
+        };
+        let gone = rows.iter_mut().filter(|(row, fall)| is_gone(row, fall));
+        gone.for_each(|(_, fall)| fall.gone_at_hz = Some(other.cutoff_hz));
+    }
+    answer.conclude();
+    answer.summary = said(answer);
+    if let Some(report) = &mut found.report {
+        report.diagnosis = Some(answer.clone());
+    }
 }
 
 impl<'a> Request<'a> {
@@ -226,7 +274,7 @@ fn passed_over(judge: &Log, train: &Log, acts: bool) -> String {
     )
 }
 
-/// Which joints rest, turn back or lie at a stop, and that their samples are left out there.
+/// Which joints rest, turn back, lie at a stop or have clipped efforts, and that their samples are left out there.
 fn sticking(experiment: &dyn Experiment) -> Option<String> {
     let shaken = experiment.shaken();
     let share = |row: usize| {
@@ -239,7 +287,7 @@ fn sticking(experiment: &dyn Experiment) -> Option<String> {
     let joints: Vec<String> = (0..experiment.rows().len()).filter_map(share).collect();
     (!joints.is_empty()).then(|| {
         format!(
-            "joints rest and stick, turn back or lie at a stop in or next to a part of their samples ({}), where dry friction or the stop makes an effort a bound: left out",
+            "joints rest and stick, turn back, lie at a stop or have clipped efforts in or next to a part of their samples ({}), where an effort is a bound: left out",
             joints.join(", ")
         )
     })

@@ -23,8 +23,8 @@ pub struct Options {
     pub channels: Vec<String>,
     /// What may happen to masses, centres of mass and inertias.
     pub inertial: Inertial,
-    /// Most effects that are looked for.
-    pub most: usize,
+    /// Most effects that are looked for; `None`: twelve, or two for every joint and two more, at most 24.
+    pub most: Option<usize>,
     /// Go on although channels are mixed up.
     pub anyway: bool,
     /// Estimate the effects of the description again, beside what is found.
@@ -53,7 +53,7 @@ impl Default for Options {
             with_joints: true,
             channels: Vec::new(),
             inertial: Inertial::Prior,
-            most: diagnose::Options::default().most,
+            most: None,
             anyway: false,
             refit: false,
             report: false,

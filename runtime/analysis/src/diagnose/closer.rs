@@ -11,6 +11,8 @@ use std::collections::BTreeMap;
 const UNCERTAIN: f64 = 0.5;
 /// Behind a faster filter fast motion leaves no more than this part of its squares above the noise.
 const GONE: f64 = 0.25;
+/// An error stands out of noise of which it has so large a part of the squares: several hundred samples tell a quarter of it from nothing.
+const SEEN: f64 = 0.45;
 
 /// What is left of the rows of one log behind a faster filter.
 #[derive(Debug, Clone, Default)]
@@ -91,7 +93,7 @@ impl Closer {
 /// Whether next to nothing but noise is left behind the faster filter, of an error that would stand out of that noise.
 fn is_gone(fall: &ErrorFall, faster: &ErrorFall) -> bool {
     let above = |fall: &ErrorFall| fall.told_here().powi(2) - fall.noise.powi(2);
-    let would_be_seen = above(fall) >= faster.noise.powi(2);
+    let would_be_seen = above(fall) >= SEEN * faster.noise.powi(2);
     let is_noise = faster.noises().is_some_and(|times| times <= LEFT);
     is_noise && would_be_seen && above(faster) <= GONE * above(fall)
 }

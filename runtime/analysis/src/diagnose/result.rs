@@ -33,7 +33,7 @@ pub struct Diagnosis {
     pub suspects: Vec<String>,
     /// How much is left in each suspect, and what it goes with.
     pub unexplained_parts: Vec<Unexplained>,
-    /// Joints (or rows) in which each of `effects` makes more than noise; not written.
+    /// Joints (or rows) in which each of `effects` and then of `inertial_corrections` makes more than noise; not written.
     #[serde(skip)]
     pub acts_on: Vec<Vec<String>>,
     /// Rows whose torque is reported later than the motion, s; not written by itself.
@@ -142,6 +142,14 @@ fn telling<'s>(falls: impl Iterator<Item = (&'s str, f64, f64)>, main: &'s str) 
 }
 
 impl Diagnosis {
+    /// How the warning begins that there may be more effects.
+    pub(super) const AS_MANY: &str = "as many effects were found as are looked for";
+
+    /// Whether as many effects were found as are looked for.
+    pub fn is_full(&self) -> bool {
+        self.warnings.iter().any(|warning| warning.starts_with(Self::AS_MANY))
+    }
+
     /// The kind of channel in which the error fell: the one that `rms_before` is about, unless it stays there and falls
     /// elsewhere.
     pub fn telling_channel(&self) -> Option<&str> {
@@ -216,11 +224,12 @@ impl Diagnosis {
         self.doubt();
     }
 
-    /// Doubts every effect that acts where something is left.
+    /// Doubts every effect and every correction that acts where something is left.
     fn doubt(&mut self) {
         const PART: &str = "this one may stand for a part of it";
         let structured: Vec<String> = self.structured().map(|part| part.joint.clone()).collect();
-        for (found, rows) in self.effects.iter_mut().zip(&self.acts_on) {
+        let all = self.effects.iter_mut().chain(&mut self.inertial_corrections);
+        for (found, rows) in all.zip(&self.acts_on) {
             found.doubts.retain(|doubt| !doubt.ends_with(PART));
             let here = self.suspects.iter().filter(|joint| rows.contains(joint));
             let (seen, merely): (Vec<&str>, Vec<&str>) =
@@ -453,10 +462,15 @@ mod tests {
         let effect = Effect::new(&bipedc_effects::effect::kinds::TORQUE_BIAS, Location::joint("knee"), &[]);
         let found = FoundEffect { effect, ci95: BTreeMap::new(), share: 0.5, doubts: Vec::new() };
         let fall = ErrorFall { before: 2.0, after: 0.2, noise: 0.1, ..ErrorFall::default() };
+        let corrected = |link: &str| {
+            let kind = &bipedc_effects::effect::kinds::INERTIAL_CORRECTION;
+            FoundEffect { effect: Effect::new(kind, Location::link(link), &[]), ..found.clone() }
+        };
         let mut diagnosis = Diagnosis {
             rows: BTreeMap::from([("knee".to_owned(), fall)]),
+            inertial_corrections: vec![corrected("shank"), corrected("hand")],
+            acts_on: ["knee", "knee", "elbow"].map(|joint| vec![joint.to_owned()]).into(),
             effects: vec![found],
-            acts_on: vec![vec!["knee".to_owned()]],
             ..Diagnosis::default()
         };
         diagnosis.conclude();
@@ -469,5 +483,8 @@ mod tests {
         diagnosis.conclude();
         let [doubt] = &diagnosis.effects[0].doubts[..] else { panic!("{:?}", diagnosis.effects[0].doubts) };
         assert!(doubt.contains("no effect explains"), "{doubt}");
+        // Corrections of masses that act there are as doubtful.
+        let [shank, hand] = &diagnosis.inertial_corrections[..] else { panic!() };
+        assert_eq!((shank.doubts.last(), hand.doubts.len()), (Some(doubt), 0));
     }
 }

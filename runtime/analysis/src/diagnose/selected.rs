@@ -143,6 +143,9 @@ impl Experiment for Selected<'_> {
     fn heaviness(&self, place: &Location) -> f64 {
         self.inner.heaviness(place)
     }
+    fn slowness(&self, place: &Location) -> [f64; 2] {
+        self.inner.slowness(place)
+    }
     fn small_load(&self, place: &Location) -> Option<f64> {
         self.inner.small_load(place)
     }

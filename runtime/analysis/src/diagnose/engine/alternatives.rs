@@ -63,8 +63,9 @@ impl Conclusion<'_> {
             let (alike, near) = self.alike(active, k);
             let mut group = vec![vec![found.clone()]];
             let stands_in = |c: &&usize| is_hidden || !self.is_told_apart(&replaced(active, k, **c), &here);
-            let singles = alike.iter().filter(stands_in).take(SINGLES);
-            group.extend(singles.map(|&c| vec![self.alternative(active, k, c, found.share)]));
+            let singles = alike.iter().filter(stands_in);
+            let singles = singles.map(|&c| vec![self.alternative(active, k, c, found.share)]);
+            group.extend(singles.filter(|one| is_hidden || !self.is_told_exactly(&[k], one)).take(SINGLES));
             group.extend(self.as_sum(k, found.share));
             let other_kind = near.iter().find(|&&c| self.form(c).kind != found.effect.kind);
             match other_kind {
@@ -134,10 +135,13 @@ impl Conclusion<'_> {
             let mut kinds: Vec<&Kind> = Vec::new();
             for (more, d) in alike {
                 let set = replaced(&replaced(&outcome.active, k, c), j, d);
-                if !kinds.contains(&self.form(d).kind) && kinds.len() < 3 && !self.is_told_apart(&set, here) {
+                if kinds.contains(&self.form(d).kind) || kinds.len() == 3 || self.is_told_apart(&set, here) {
+                    continue;
+                }
+                let pair = vec![self.alternative(&set, k, c, share), self.alternative(&set, j, d, share)];
+                if !self.is_told_exactly(&[k, j], &pair) {
                     kinds.push(self.form(d).kind);
-                    let first = self.alternative(&set, k, c, share);
-                    out.push((more, vec![first, self.alternative(&set, j, d, share)]));
+                    out.push((more, pair));
                 }
             }
         }

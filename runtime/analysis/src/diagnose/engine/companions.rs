@@ -130,8 +130,9 @@ fn bases(
     let mut bases: Vec<Vec<usize>> = active.iter().copied().filter(beside).map(without).collect();
     let place = active.iter().position(|c| *c == payload).unwrap_or_default();
     let effect = form(payload).effect(regression.coefficients(active, scored, place));
+    let reach = regression.candidates[payload].form.reach;
     let is_far = |name: &str| {
-        let (low, high) = effect.plausible(name);
+        let (low, high) = reach.usual(&effect, name);
         !(low..=high).contains(&effect.value(name))
     };
     if ["x", "y", "z"].into_iter().any(is_far) {

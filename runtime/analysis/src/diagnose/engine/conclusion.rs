@@ -6,10 +6,12 @@ use super::errors::errors;
 use super::late::late;
 use super::regression::{Regression, is_held_out};
 use super::search::Outcome;
-use super::significance::uncertain;
+use super::significance::{NO_CHANCE, limits_all, uncertain, without_sticking};
 use super::unexplained::{unexplained, untaught};
 use crate::diagnose::{Diagnosis, FoundEffect, Rejected, Scope, Step};
 use crate::experiments::Experiment;
+use crate::experiments::form::Reach;
+use crate::number::counting;
 use bipedc_effects::effect::Effect;
 use std::collections::BTreeMap;
 
@@ -54,26 +56,24 @@ impl Conclusion<'_> {
                 _ => share(k) > 0.0,
             }
         };
-        let says_nothing = |k: usize| several && !falls(k) && self.removed(k) <= CHANCE;
-        judged.rev().find(|&k| uncertain(&self.settled.refined, k) || says_nothing(k))
+        let chance = if self.settled.corrections.is_empty() { NO_CHANCE } else { CHANCE };
+        let says_nothing = |k: usize| several && !falls(k) && self.removed(k) <= chance;
+        let refined = &self.settled.refined;
+        judged.rev().find(|&k| uncertain(refined, k) || limits_all(refined, k) || says_nothing(k))
     }
 
-    /// What an effect removes of the weighted squared error beside all others; nothing where nothing was corrected. Its share is that beside those which
-    /// entered before it: what they leave of a large error may hide it, where corrections make up for that.
+    /// What an effect removes of the weighted squared error beside all others, which are fitted anew without it. Its share is that beside those which entered before it:
+    /// what they leave of a large error may hide it, as a payload that entered later does. Where nothing was corrected, of rows that are above their noise without it.
     fn removed(&self, k: usize) -> f64 {
-        if self.settled.corrections.is_empty() {
-            return 0.0;
-        }
+        let (regression, corrected) = (self.regression, !self.settled.corrections.is_empty());
         let mut fewer = self.outcome.active.clone();
         fewer.remove(k);
-        let left = |active: &[usize]| {
-            let errors = self.regression.scored_fit(active, true)?.errors;
-            Some(errors.iter().zip(&self.regression.weights).map(|(e, w)| e * w).sum::<f64>())
-        };
-        match (left(&fewer), left(&self.outcome.active)) {
-            (Some(without), Some(with)) => without - with,
-            _ => 0.0,
-        }
+        let [without, with] =
+            [&fewer, &self.outcome.active].map(|active| regression.scored_fit(active, corrected));
+        let (Some(without), Some(with)) = (without, with) else { return 0.0 };
+        let counts = |row: &usize| corrected || regression.is_loud(*row, &without);
+        let falls = |row: usize| (without.errors[row] - with.errors[row]) * regression.weights[row];
+        (0..regression.weights.len()).filter(counts).map(falls).sum()
     }
 
     pub(super) fn write(&self, train: &dyn Experiment, validation: Option<&dyn Experiment>) -> Diagnosis {
@@ -116,7 +116,8 @@ impl Conclusion<'_> {
         diagnosis.unexplained = !diagnosis.unexplained_parts.is_empty();
         diagnosis.suspects = diagnosis.unexplained_parts.iter().map(|part| part.joint.clone()).collect();
         diagnosis.late = late(&final_judge);
-        diagnosis.acts_on = diagnosis.effects.iter().map(|found| acts_on(train, &found.effect)).collect();
+        let all = diagnosis.effects.iter().chain(&diagnosis.inertial_corrections);
+        diagnosis.acts_on = all.map(|found| acts_on(train, &found.effect)).collect();
         diagnosis.rejected = self.rejected(&diagnosis);
         diagnosis
     }
@@ -135,29 +136,32 @@ impl Conclusion<'_> {
             || falls.values().any(|fall| fall.after < (1.0 - SHOWS) * fall.before)
     }
 
-    /// Shares of the held-out squared error, and errors, as the effects entered one after the other.
+    /// Shares of the held-out squared error where joints do not stick, and errors of all samples, as the effects entered one after the other: what friction does at
+    /// rest, by the noise of a speed, says nothing for or against it.
     fn sequence(&self, judge: &dyn Experiment, counts: &dyn Fn(usize, usize) -> bool) -> Vec<(f64, Step)> {
         let weights = &self.regression.weights;
         let main = main_rows(judge);
-        let errors = |count: usize| -> (f64, f64) {
+        let rms = |(sum, n): (f64, usize)| (sum / n.max(1) as f64).sqrt();
+        let add = |(sum, n): (f64, usize), x: f64| (sum + x * x, n + 1);
+        let errors = |count: usize| -> ((f64, f64), f64) {
             let amended = Amended::new(judge, &self.settled.refined.effects[..count]);
-            let (mut weighted, mut plain, mut n) = (0.0, 0.0, 0usize);
+            let (mut weighted, mut free, mut all) = (0.0, (0.0, 0), (0.0, 0));
             for (row, weight) in weights.iter().enumerate() {
                 let values = amended.residual(row);
-                let kept: Vec<f64> =
-                    (0..values.len()).filter(|&i| counts(i, values.len())).map(|i| values[i]).collect();
-                let squares: f64 = kept.iter().map(|x| x * x).sum();
-                weighted += weight * squares;
+                let told = without_sticking(judge, row, values, |i| counts(i, values.len()));
+                let of_row = told.fold((0.0, 0), add);
+                weighted += weight * of_row.0;
                 if main.contains(&row) {
-                    plain += squares;
-                    n += kept.len();
+                    free = (free.0 + of_row.0, free.1 + of_row.1);
+                    let kept = (0..values.len()).filter(|&i| counts(i, values.len())).map(|i| values[i]);
+                    all = kept.fold(all, add);
                 }
             }
-            (weighted, (plain / n.max(1) as f64).sqrt())
+            ((weighted, rms(free)), rms(all))
         };
         let standing = self.regression.standing.len();
         let prefixes = standing..=self.settled.refined.effects.len();
-        let alone: Vec<(f64, f64)> = prefixes.clone().map(errors).collect();
+        let (alone, whole): (Vec<(f64, f64)>, Vec<f64>) = prefixes.clone().map(errors).unzip();
         let beside: Option<Vec<(f64, f64)>> = prefixes.map(|n| self.corrected(n, &main)).collect();
         // Corrections of all links mimic a mass that one of them carries: what it removes shows where nothing is corrected. Inertias that are
         // free are none of the description's, and nothing shows without them.
@@ -167,7 +171,9 @@ impl Conclusion<'_> {
         };
         let tells =
             |beside: &Vec<(f64, f64)>| self.regression.free || removed(beside) + ELSEWHERE > removed(&alone);
-        let all = beside.filter(tells).unwrap_or(alone.clone());
+        let beside = beside.filter(tells);
+        let whole: Vec<f64> = beside.as_ref().map_or(whole, |all| all.iter().map(|ends| ends.1).collect());
+        let all = beside.unwrap_or(alone.clone());
         let nominal = all[0].1.powi(2).max(f64::MIN_POSITIVE);
         let judged = 0..self.settled.refined.effects.len() - standing;
         let share = |k: usize| {
@@ -180,7 +186,7 @@ impl Conclusion<'_> {
             share
         };
         let effect = |k: usize| self.settled.refined.effects[standing + k].clone();
-        let step = |k: usize| Step { effect: effect(k), before: all[k].1, after: all[k + 1].1 };
+        let step = |k: usize| Step { effect: effect(k), before: whole[k], after: whole[k + 1] };
         let shares = shared(judged.clone().map(share).collect());
         shares.into_iter().zip(judged.map(step)).collect()
     }
@@ -207,7 +213,7 @@ impl Conclusion<'_> {
                 (name.clone(), [value - half, value + half])
             })
             .collect();
-        let doubts = doubts(&effect, widths);
+        let doubts = doubts(&effect, widths, Reach::of(self.regression.train, &effect.location));
         FoundEffect { effect, ci95, share, doubts }
     }
 
@@ -287,16 +293,18 @@ fn shared(shares: Vec<f64>) -> Vec<f64> {
     groups.into_iter().flat_map(|(sum, count)| std::iter::repeat_n(sum / count as f64, count)).collect()
 }
 
-fn doubts(effect: &Effect, widths: &[(String, f64)]) -> Vec<String> {
+fn doubts(effect: &Effect, widths: &[(String, f64)], reach: Reach) -> Vec<String> {
     let mut doubts = Vec::new();
     for parameter in effect.kind.estimated() {
         let value = effect.value(parameter.name);
-        let (low, high) = effect.plausible(parameter.name);
+        let (low, high) = reach.usual(effect, parameter.name);
         if value < low || value > high {
             let (name, unit) = (parameter.name, effect.unit(parameter.name));
             let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
             doubts.push(format!(
-                "{name} = {value:.4}{unit} is outside the usual range of {low} to {high}{unit}"
+                "{name} = {value:.4}{unit} is outside the usual range of {} to {}{unit}",
+                short(low),
+                short(high)
             ));
         }
         if let Some((_, half)) = widths.iter().find(|(name, _)| name == parameter.name)
@@ -306,6 +314,11 @@ fn doubts(effect: &Effect, widths: &[(String, f64)]) -> Vec<String> {
         }
     }
     doubts
+}
+
+/// Two digits that count, without zeros at the end.
+fn short(x: f64) -> f64 {
+    counting(x, 2).parse().unwrap_or(x)
 }
 
 fn main_rows(experiment: &dyn Experiment) -> Vec<usize> {

@@ -10,6 +10,7 @@ use super::search::Outcome;
 use super::sharp_friction::{rows_of, sharper};
 use super::significance::{JudgedError, NO_CHANCE, judged_errors, without_sticking};
 use crate::experiments::corners::SMOOTHING;
+use crate::experiments::jumps::Jumps;
 use crate::experiments::signals::velocity_of;
 use bipedc_effects::effect::{Effect, kinds};
 
@@ -21,7 +22,7 @@ const CLEARS: f64 = 3.0;
 const LARGER: f64 = 1.1;
 const SURE: f64 = 2.0;
 
-/// Curves in the place of dry friction that leaves more than noise near reversals.
+/// Curves, or dry friction with a sharper sign, in the place of dry friction that leaves more than noise near reversals.
 pub(super) fn curved(
     regression: &Regression<'_>,
     outcome: &mut Outcome,
@@ -29,11 +30,12 @@ pub(super) fn curved(
     teaches: &(dyn Fn(usize, usize) -> bool + Sync),
 ) -> Refined {
     for k in regression.standing.len()..outcome.active.len() {
-        if refined.effects[k].kind != &kinds::COULOMB_FRICTION {
+        let dry = &kinds::COULOMB_FRICTION;
+        if refined.effects[k].kind != dry {
             continue;
         }
         let Some((curve, halves)) = curve_of(regression, outcome, (&refined, k), teaches) else { continue };
-        if stands(regression, outcome, k) {
+        if curve.kind == dry || stands(regression, outcome, k) {
             refined.effects[k] = curve;
             refined.half_width[k] = halves;
         }
@@ -43,7 +45,7 @@ pub(super) fn curved(
 
 type HalfWidths = Vec<(String, f64)>;
 
-/// The curve that clears what the `k`-th effect leaves of its joint's row, if there is one.
+/// What clears what the `k`-th effect leaves of its joint's row, if there is such a thing: dry friction with a sharper sign, or a curve.
 fn curve_of(
     regression: &Regression<'_>,
     outcome: &Outcome,
@@ -53,12 +55,26 @@ fn curve_of(
     let dry = &refined.effects[k];
     let row = rows_of(regression, dry).next()?;
     let change = regression.spread.change(&refined.corrections);
-    let left = |effects: &[Effect]| judged_errors(regression, effects, &change, None);
-    let was = left(&refined.effects);
+    // How a joint begins to move out of a rest, where friction is anything between its bounds, filters tell roughly.
+    let departures = Jumps::at_departures(regression.judge);
+    let left = |effects: &[Effect]| judged_errors(regression, effects, &change, Some(&departures));
+    let try_again = |start: Effect| estimated(regression, outcome, (refined, k), start, teaches);
+    // A sign that is sharper than the library's leaves no room for a curve.
+    let (sharp, was) = {
+        let mut stands = (None, left(&refined.effects));
+        let as_found = (sharper(dry), refined.half_width[k].clone());
+        for sharp in [Some(as_found), try_again(sharper(dry))].into_iter().flatten() {
+            let is = left(&with(refined, k, sharp.0.clone()));
+            if stands.1[row].deviance_above(&is[row]) > NO_CHANCE {
+                stands = (Some(sharp), is);
+            }
+        }
+        stands
+    };
     if was[row].is_noise() {
-        return None;
+        return sharp;
     }
-    let speeds = speeds(regression, row)?;
+    let Some(speeds) = speeds(regression, row) else { return sharp };
     let starts = STARTS.iter().flat_map(|part| {
         let at = speeds[((speeds.len() - 1) as f64 * part) as usize];
         let curve = curve_at(dry, at);
@@ -66,14 +82,19 @@ fn curve_of(
         [sharper(&curve), curve]
     });
     let found = starts.filter_map(|start| {
-        let (curve, halves) = estimated(regression, outcome, (refined, k), start, teaches)?;
-        let mut effects = refined.effects.clone();
-        effects[k] = curve.clone();
-        let is = left(&effects);
+        let (curve, halves) = try_again(start)?;
+        let is = left(&with(refined, k, curve.clone()));
         (is_told(&curve, &halves) && clears(&was, &is, row)).then_some((is, curve, halves))
     });
     let best = found.min_by(|a, b| a.0[row].deviance_above(&b.0[row]).total_cmp(&0.0));
-    best.map(|(_, curve, halves)| (curve, halves))
+    best.map(|(_, curve, halves)| (curve, halves)).or(sharp)
+}
+
+/// The effects with another one in the place of the `k`-th.
+fn with(refined: &Refined, k: usize, other: Effect) -> Vec<Effect> {
+    let mut effects = refined.effects.clone();
+    effects[k] = other;
+    effects
 }
 
 /// How fast the joint of a row is where it moves, ascending.

@@ -16,6 +16,7 @@ mod entry;
 mod errors;
 mod estimate;
 mod estimates;
+mod exact_rivals;
 mod exchange;
 mod fit;
 mod friction_first;

@@ -1,4 +1,4 @@
-//! What a joint does itself, taken for a coupling with another one that moves much as it does.
+//! What a joint does itself, taken for a coupling with another one that moves much as it does, or that moves seldom while it does.
 //!
 //! In a squat ankles turn back half a knee's motion. A coupling whose friction follows the difference of both speeds then has a sharper sign than the knee's own
 //! smooth one, and lowers the error by that alone.
@@ -7,23 +7,26 @@ use super::refinement::{Refined, refine};
 use super::regression::Regression;
 use super::search::Outcome;
 use super::sharp_friction::{ALIKE, rows_of, sharper};
-use super::significance::judged_errors;
+use super::significance::{judged_errors, says_no_more};
+use crate::experiments::corners::SMOOTHING;
 use crate::experiments::jumps::Jumps;
 use bipedc_effects::effect::{Effect, Kind, Location, kinds};
 
 /// Two joints move much as one does if one tells the other's angle but for this part of its variance.
 const ALIKE_IN_MOTION: f64 = 0.5;
 
-/// Puts what a joint does itself in the place of its coupling (the `k`-th effect) with one that moves much as it does, if all rows are told as well. Tells
-/// whether it did.
+/// Puts what a joint does itself in the place of its coupling (the `k`-th effect), or dry friction in that of a kind with more numbers that says no more, if all rows are told as well.
+/// Tells whether it did.
 pub(super) fn put_own(
     regression: &Regression<'_>,
     outcome: &mut Outcome,
     (refined, k): (&Refined, usize),
     teaches: &(dyn Fn(usize, usize) -> bool + Sync),
 ) -> bool {
-    let coupling = &refined.effects[k];
-    let Some(own) = proportion(regression, coupling).and_then(|times| own(coupling, times)) else {
+    let Some(own) = (match says_no_more(refined, k) {
+        true => Some(vec![dry(&refined.effects[k])]),
+        false => of_coupling(regression, &refined.effects[k]),
+    }) else {
         return false;
     };
     let mut active = outcome.active.clone();
@@ -50,11 +53,35 @@ pub(super) fn put_own(
     let [with, without] = [refined, &other].map(|fit| {
         judged_errors(regression, &fit.effects, &regression.spread.change(&fit.corrections), Some(&jumps))
     });
-    if !rows_of(regression, coupling).all(|row| !without[row].is_worse_than(&with[row], 1.0 + ALIKE)) {
+    if !rows_of(regression, &refined.effects[k])
+        .all(|row| !without[row].is_worse_than(&with[row], 1.0 + ALIKE))
+    {
         return false;
     }
     (outcome.active, outcome.scored) = (active, scored);
     true
+}
+
+/// Dry friction of one size in the place of one whose sizes in both directions, or at rest and at speed, are the same.
+fn dry(effect: &Effect) -> Effect {
+    let torque = match effect.kind == &kinds::STRIBECK_FRICTION {
+        true => effect.value("coulomb"),
+        false => 0.5 * (effect.value("positive") + effect.value("negative")),
+    };
+    let same = [("torque", torque), (SMOOTHING, effect.value(SMOOTHING))];
+    let mut dry = Effect::new(&kinds::COULOMB_FRICTION, effect.location.clone(), &same);
+    dry.sliding = effect.sliding;
+    dry
+}
+
+/// What a joint does itself in the place of its coupling.
+fn of_coupling(regression: &Regression<'_>, coupling: &Effect) -> Option<Vec<Effect>> {
+    // The sign of a difference of speeds is that of the joint's own wherever the other one is slower or rests.
+    let turns = coupling.kind == &kinds::COUPLING
+        && coupling.value("coulomb") != 0.0
+        && coupling.value("differential") != 0.0;
+    let times = proportion(regression, coupling).or_else(|| turns.then_some(0.0));
+    own(coupling, times?)
 }
 
 /// How many times as far as its own joint the other joint of a coupling moves, if both move much alike.
@@ -77,11 +104,8 @@ fn proportion(regression: &Regression<'_>, coupling: &Effect) -> Option<f64> {
     (product(&rest, &rest) < ALIKE_IN_MOTION * product(&other, &other)).then_some(times)
 }
 
-/// What the joint does itself where the other one moves so many times as far, if all of that is possible.
+/// What the joint does itself where the other one moves so many times as far, as far as that is possible: whether it tells as much is judged.
 fn own(coupling: &Effect, times: f64) -> Option<Vec<Effect>> {
-    if coupling.value("stiffness") != 0.0 {
-        return None;
-    }
     let parts: [(&Kind, &str, f64); 3] = [
         (
             &kinds::COULOMB_FRICTION,
@@ -92,9 +116,8 @@ fn own(coupling: &Effect, times: f64) -> Option<Vec<Effect>> {
         (&kinds::ROTOR_INERTIA, "inertia", times * coupling.value("inertia")),
     ];
     let place = Location { joint: coupling.location.joint.clone(), ..Location::default() };
-    let parts: Vec<_> = parts.into_iter().filter(|(.., value)| *value != 0.0).collect();
-    let possible = !parts.is_empty() && parts.iter().all(|(.., value)| *value > 0.0);
-    possible.then(|| {
+    let parts: Vec<_> = parts.into_iter().filter(|(.., value)| *value > 0.0).collect();
+    (!parts.is_empty()).then(|| {
         let effect = |(kind, name, value)| {
             let mut effect = Effect::new(kind, place.clone(), &[(name, value)]);
             effect.sliding = coupling.sliding;

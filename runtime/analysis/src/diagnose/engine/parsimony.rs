@@ -4,6 +4,7 @@ use super::in_parts::in_parts;
 use super::regression::{Regression, ScoredFit};
 use super::search::Outcome;
 use crate::parallel::parallel;
+use bipedc_effects::effect::{Kind, kinds};
 
 /// Alternatives whose held-out error differs by less than this part of what the effect removes are named together.
 pub(super) const ALIKE: f64 = 0.01;
@@ -36,6 +37,7 @@ pub(super) fn rows_within(
 /// Of explanations that are as good, the one with fewer effects, and on the likelier link.
 pub(super) fn simplify(regression: &Regression<'_>, outcome: &mut Outcome) {
     with_fewer_parameters(regression, outcome);
+    commonest(regression, outcome);
     in_parts(regression, outcome);
     merge(regression, outcome);
     likeliest_links(regression, outcome);
@@ -51,6 +53,47 @@ fn with_fewer_parameters(regression: &Regression<'_>, outcome: &mut Outcome) {
             let exact = regression.is_of_link(mine) && regression.is_of_link(*c);
             more <= CHANCE || (!exact && more <= AS_GOOD * removed && rows_alike(regression, &here, other))
         });
+    }
+}
+
+/// Kinds of friction with one parameter, and what is far commoner and the same where the load or the speed hardly changes.
+const COMMONER: [(&Kind, &Kind); 2] = [
+    (&kinds::LOAD_DEPENDENT_FRICTION, &kinds::COULOMB_FRICTION),
+    (&kinds::QUADRATIC_DRAG, &kinds::VISCOUS_FRICTION),
+];
+
+/// Of kinds of friction that the data cannot tell apart, the commoner one.
+fn commonest(regression: &Regression<'_>, outcome: &mut Outcome) {
+    let form = |c: usize| &regression.candidates[c].form;
+    for k in regression.standing.len()..outcome.active.len() {
+        let mine = form(outcome.active[k]);
+        let Some((_, commoner)) = COMMONER.into_iter().find(|(rarer, _)| mine.kind == *rarer) else {
+            continue;
+        };
+        let mut fewer = outcome.active.clone();
+        fewer.remove(k);
+        let Some(bare) = regression.scored_fit(&fewer, outcome.corrected) else { continue };
+        // As many parameters, so that costs compare as deviances do.
+        let removed = bare.cost + regression.complexity_penalty(&[outcome.active[k]]) - outcome.scored.cost;
+        let fitted = |c: usize| {
+            let mut set = outcome.active.clone();
+            set[k] = c;
+            let scored = regression.scored_fit(&set, outcome.corrected)?;
+            let more = scored.cost - outcome.scored.cost;
+            let stands = more <= (ALIKE * removed).max(CHANCE)
+                && rows_alike(regression, &outcome.scored, &scored)
+                && regression.impossible(&set, &scored).is_none();
+            stands.then_some((set, scored))
+        };
+        let may = |c: &usize| {
+            form(*c).kind == commoner
+                && form(*c).location == mine.location
+                && excluded(regression, &fewer, *c).is_none()
+        };
+        let found = (0..regression.candidates.len()).filter(may).filter_map(fitted);
+        if let Some((set, scored)) = found.min_by(|a, b| a.1.cost.total_cmp(&b.1.cost)) {
+            (outcome.active, outcome.scored) = (set, scored);
+        }
     }
 }
 

@@ -5,7 +5,8 @@ use super::fit::{Corrections, Fit, NormalEquations, Term, TermProducts, fit};
 use super::uncertainty::uncertainty;
 use super::unknowns::{Unknown, apply, jacobian, largest_move, unknowns, with_nuisances};
 use crate::experiments::corners::{
-    Corners, FARTHEST, NEAR_CORNERS, NEAREST, corners_within, inexactness, landings_in_legs, sharpened,
+    Corners, FARTHEST, NEAR_CORNERS, NEAREST, corners_within, departures, inexactness, landings_in_legs,
+    sharpened,
 };
 use crate::experiments::form::Column;
 use crate::experiments::{Channel, Experiment};
@@ -68,7 +69,7 @@ pub(super) struct Data<'a> {
     pub judges: fn(usize, usize) -> bool,
     /// Parameters that keep their values: of which effect, and names.
     pub held: &'a [(usize, String)],
-    /// Samples at corners count as others do.
+    /// Samples at corners count as others do, but for those near a rest.
     pub at_corners: bool,
 }
 
@@ -235,7 +236,9 @@ fn converged(
 ) -> (Vec<Effect>, Vec<Corners>, Option<LastStep>) {
     let Data { experiment, weights, teaches, .. } = data;
     let corners_of = |effects: &[Effect]| match data.at_corners {
-        true => vec![Corners::default(); experiment.rows().len()],
+        true => (0..experiment.rows().len())
+            .map(|row| Corners { left_out: departures(experiment, row), reach: None })
+            .collect(),
         false => corners_of(experiment, effects, farthest),
     };
     let mut corners = corners_of(stated);

@@ -17,7 +17,7 @@ use super::significance::{Insignificant, insignificant, is_vague, says_no_more};
 use super::text;
 use super::weak_friction::beside_friction;
 use crate::diagnose::Diagnosis;
-use crate::experiments::Experiment;
+use crate::experiments::{Channel, Experiment};
 use crate::robot::link_inertias::CadError;
 use bipedc_effects::effect::{Effect, Kind, Location};
 
@@ -31,9 +31,6 @@ const RECONSIDERED: usize = 6;
 /// Corrections whose squares, each in its standard deviations, add up to less are what descriptions usually are off: two standard deviations of one number.
 const USUAL_ERRORS: f64 = 4.0;
 
-/// How the warning begins that there may be more effects.
-pub(super) const AS_MANY: &str = "as many effects were found as are looked for";
-
 /// How to diagnose.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
@@ -41,8 +38,8 @@ pub struct Options {
     pub cad: CadError,
     /// CAD errors are taken this many times wider; large: inertial parameters are estimated freely.
     pub widening: f64,
-    /// Most effects that are looked for.
-    pub most: usize,
+    /// Most effects that are looked for; `None`: twelve, or two for every joint and two more, at most 24.
+    pub most: Option<usize>,
     /// Effects that stand from the start: they are estimated with the rest, are not judged, and do not count among
     /// what was found. The experiment must not have them already.
     pub standing: Vec<Effect>,
@@ -50,9 +47,19 @@ pub struct Options {
     pub barred: Vec<(&'static Kind, Location)>,
 }
 
+impl Options {
+    /// Most effects that are looked for in this data.
+    fn most(&self, train: &dyn Experiment) -> usize {
+        /// Of a joint: dry and viscous friction.
+        const OF_JOINT: usize = 2;
+        let joints = train.rows().iter().filter(|row| row.channel == Channel::Effort).count();
+        self.most.unwrap_or((OF_JOINT * joints + 2).clamp(12, 24))
+    }
+}
+
 impl Default for Options {
     fn default() -> Self {
-        Self { cad: CadError::default(), widening: 1.0, most: 12, standing: Vec::new(), barred: Vec::new() }
+        Self { cad: CadError::default(), widening: 1.0, most: None, standing: Vec::new(), barred: Vec::new() }
     }
 }
 
@@ -71,7 +78,8 @@ pub fn diagnose(
     let mut regression = Regression::new(train, validation, &places, options, &|part| progress(0.5 * part));
     let left_out = regression.keep(&options.standing, regression.has_corrections());
     let entered = |count: usize| progress(0.5 + 0.3 * (count as f64 / (count as f64 + 2.0)));
-    let Some(mut outcome) = searched(&mut regression, (options.most, &entered)) else {
+    let most = options.most(train);
+    let Some(mut outcome) = searched(&mut regression, (most, &entered)) else {
         return unanswered(train, validation);
     };
     simplify(&regression, &mut outcome);
@@ -80,7 +88,7 @@ pub fn diagnose(
     let teaches = move |sample: usize, n: usize| !own_blocks || !is_held_out(sample, n);
     stand_in_line(&regression, &mut outcome, &teaches);
     let rival = outcome.rival.take();
-    let how = (validation, options.most, &entered as &dyn Fn(usize));
+    let how = (validation, most, &entered as &dyn Fn(usize));
     let mut diagnosis = concluded(&mut regression, &mut outcome, &teaches, how);
     progress(0.92);
     if let Some(mut rival) = rival.map(|rival| rival.stand(&mut regression)) {
@@ -91,6 +99,9 @@ pub fn diagnose(
             std::mem::swap(&mut diagnosis, &mut other);
         }
         diagnosis.indistinguishable.extend(indistinguishable(&regression, validation, &diagnosis, &other));
+    }
+    if diagnosis.effects.len() >= most {
+        diagnosis.warnings.push(format!("{}, {most}: there may be more", Diagnosis::AS_MANY));
     }
     finish(&mut diagnosis, (train, validation), options, &left_out);
     progress(1.0);
@@ -135,9 +146,6 @@ fn finish(
     diagnosis.warnings.extend(left_out.iter().map(|effect| {
         format!("{effect} was left out: this data cannot tell it from the other effects of the description")
     }));
-    if diagnosis.effects.len() >= options.most {
-        diagnosis.warnings.push(format!("{AS_MANY}, {}: there may be more", options.most));
-    }
     if !options.standing.is_empty() {
         diagnosis.described.clone_from(&options.standing);
         let found: Vec<Effect> = diagnosis.estimated().cloned().collect();
@@ -165,6 +173,14 @@ fn concluded(
         let refined = curved(regression, outcome, refined, teaches);
         let refined = sharpened(regression, refined);
         let settled = settle(data(regression, teaches), refined, &regression.spread, regression.free);
+        let judged = regression.standing.len()..outcome.active.len();
+        let no_more = |k: usize| says_no_more(&settled.refined, k);
+        if judged
+            .into_iter()
+            .any(|k| no_more(k) && put_own(regression, outcome, (&settled.refined, k), teaches))
+        {
+            continue;
+        }
         let conclusion = Conclusion { regression, outcome, settled: &settled };
         let diagnosis = conclusion.write(regression.train, validation);
         let Some(k) = conclusion.idle(&diagnosis).filter(|_| left > 0) else { return diagnosis };

@@ -129,6 +129,7 @@ pub(super) fn run(
     entered: &dyn Fn(usize),
 ) -> Option<Outcome> {
     let (first, doubtful) = run_without(regression, most, corrected, (&[], &[]), entered)?;
+    let first = single(regression, (most, corrected), first, entered);
     if doubtful.is_empty() {
         return Some(first);
     }
@@ -136,6 +137,30 @@ pub(super) fn run(
         Some(run_without(regression, most, corrected, (&doubtful, &[]), entered)?.0)
     };
     Some(cheaper(regression, first, without))
+}
+
+/// What was found, or what a search without the couplings that were found does: what two causes do each in part, friction of a joint and an encoder's offset at the next
+/// one, a coupling does in one step, and stands in the way of both.
+fn single(
+    regression: &mut Regression<'_>,
+    (most, corrected): (usize, bool),
+    found: Outcome,
+    entered: &dyn Fn(usize),
+) -> Outcome {
+    let is_coupling = |c: &usize| regression.candidates[*c].form.location.other_joint.is_some();
+    let judged = &found.active[regression.standing.len()..];
+    let couplings: Vec<usize> = judged.iter().copied().filter(is_coupling).collect();
+    if couplings.is_empty() {
+        return found;
+    }
+    let banned = regression.banned.clone();
+    let without = |regression: &mut Regression<'_>| {
+        couplings.into_iter().for_each(|c| regression.ban(c));
+        Some(run_without(regression, most, corrected, (&[], &[]), entered)?.0)
+    };
+    let found = cheaper(regression, found, without);
+    regression.banned = banned;
+    found
 }
 
 /// What was found or what another search finds, whichever costs less; candidates have the terms that they had in it.

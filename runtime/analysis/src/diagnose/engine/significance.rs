@@ -91,7 +91,7 @@ fn fall_of(regression: &Regression<'_>, refined: &Refined, k: usize) -> f64 {
     let everywhere = fall(None);
     // Where the others jump the filter knows little of the motion: what an effect explains there alone it does not explain.
     let jumps = Jumps::of(regression.judge, &fewer);
-    if jumps.are_some() { everywhere.min(fall(Some(&jumps))) } else { everywhere }
+    if jumps.are_some() && jumps.leave_enough() { everywhere.min(fall(Some(&jumps))) } else { everywhere }
 }
 
 /// What is left of a row where nothing sticks.
@@ -110,9 +110,14 @@ impl JudgedError {
         self.is_noise
     }
 
+    /// Whether the squares are more than so many times another fit's, noise or not.
+    pub fn is_larger_than(&self, other: &Self, times: f64) -> bool {
+        self.squares > times * other.squares
+    }
+
     /// Whether the squares are more than noise and more than so many times another fit's.
     pub fn is_worse_than(&self, other: &Self, times: f64) -> bool {
-        !self.is_noise && self.squares > times * other.squares
+        !self.is_noise && self.is_larger_than(other, times)
     }
 
     /// How much more deviance this is than what another fit leaves, which is taken for noise.
@@ -220,7 +225,7 @@ pub(super) fn is_vague(refined: &Refined, k: usize) -> bool {
 
 /// Whether the limit of a drive may as well be nothing: all torque then lies beyond it. With inertias free nothing but the limit says how large torques are, and
 /// the smaller all of them the smaller what is left.
-fn limits_all(refined: &Refined, k: usize) -> bool {
+pub(super) fn limits_all(refined: &Refined, k: usize) -> bool {
     let effect = &refined.effects[k];
     let mut halves = refined.half_width[k].iter().filter(|(name, _)| *name == "limit");
     effect.kind == &kinds::TORQUE_SATURATION
@@ -245,6 +250,11 @@ const PEAKS: f64 = 1.5;
 /// Part of the squares that a limit cuts off which may be left where it cuts: of commands that run away filters leave that much at the corners.
 const NEXT_TO_NOTHING: f64 = 0.01;
 
+/// Where more of the readings than this part lie beyond a limit, it must cut off so large a part of their squares, as of commands that run away: a limit below most readings
+/// otherwise takes the sign of the torque for all of it, and the noise away.
+const MOSTLY: f64 = 0.7;
+const AWAY: f64 = 0.5;
+
 /// Where a drive saturates, the true torque is the limit: what is left there must be no more than elsewhere, or next to nothing of what
 /// the limit cuts off. Otherwise it only hides that the model is wrong where torques are large; and what it cuts off must be more than
 /// noise. True for all other kinds.
@@ -265,7 +275,13 @@ fn saturates(regression: &Regression<'_>, refined: &Refined, k: usize) -> bool {
         let ((inside, count), (outside, _)) = (mean(true), mean(false));
         let cut: f64 = response.iter().map(|x| x * x).sum();
         let cuts_more_than_noise = cut > count * (PEAKS * regression.resolutions[*row]).powi(2);
+        let is_seldom = count <= MOSTLY * left.len() as f64;
+        let runs_away = || {
+            let reading = experiment.measured(*row).unwrap_or_default();
+            cut > AWAY * reading.iter().map(|x| x * x).sum::<f64>()
+        };
         count > 5.0
+            && (is_seldom || runs_away())
             && (inside < 4.0 * outside || count * inside < NEXT_TO_NOTHING * cut)
             && cuts_more_than_noise
             && is_pressed(regression, refined, k, (*row, cut))

@@ -1,6 +1,5 @@
 //! A diagnosis as sentences.
 use super::late::{later, reported_late};
-use super::run::AS_MANY;
 use super::sentence::sentence;
 use super::told_apart::alike;
 use crate::diagnose::result::LEFT;
@@ -53,6 +52,18 @@ fn described(d: &Diagnosis) -> String {
     out
 }
 
+/// What the held-out error is without the samples at which joints stick, where that is another one: at rest friction is anything between its bounds, and the error
+/// there says nothing of it.
+fn where_free(d: &Diagnosis) -> String {
+    const OTHER: f64 = 1.25;
+    let fall = d.rms.values().find(|fall| fall.before == d.rms_before);
+    let free = fall.and_then(|fall| Some((fall.before_moving?, fall.after_moving?, &fall.unit)));
+    let free = free.filter(|(_, after, _)| d.rms_after > OTHER * after);
+    free.map_or_else(String::new, |(before, after, unit)| {
+        format!(", where joints do not stick {} → {} {unit}", short(before), short(after))
+    })
+}
+
 /// The whole answer, from its numbers.
 pub fn summary(d: &Diagnosis) -> String {
     let unit = d.rms.values().find(|f| f.before == d.rms_before).map_or("", |f| f.unit.as_str());
@@ -79,21 +90,24 @@ pub fn summary(d: &Diagnosis) -> String {
     if !d.inertial_corrections.is_empty() {
         let links: Vec<&str> =
             d.inertial_corrections.iter().filter_map(|f| f.effect.location.link.as_deref()).collect();
+        let doubt = d.inertial_corrections.iter().find_map(|found| found.doubts.last());
         let _ = writeln!(
             out,
-            "Masses, centres of mass and inertias were estimated beside the effects, and differ: {}.",
-            links.join(", ")
+            "Masses, centres of mass and inertias were estimated beside the effects, and differ: {}.{}",
+            links.join(", "),
+            doubt.map_or_else(String::new, |doubt| format!(" Doubtful: {doubt}."))
         );
     }
     let filter = d.judged_at_hz.map_or(String::new(), |hz| format!(", both behind a filter of {hz} Hz"));
-    let _ = writeln!(out, "Held-out error {} → {} {unit}{filter}.", short(d.rms_before), short(d.rms_after));
+    let (before, after) = (short(d.rms_before), short(d.rms_after));
+    let _ = writeln!(out, "Held-out error {before} → {after} {unit}{}{filter}.", where_free(d));
     for group in &d.indistinguishable {
         let _ = writeln!(out, "{}", alike(group, &d.bolted));
     }
     if d.leaves_structure() {
         for part in &d.unexplained_parts {
             // What was not looked for any more may explain it.
-            let why = match is_full(d) {
+            let why = match d.is_full() {
                 true => "that the effects found do not explain, and no more were looked for",
                 false => "that none of the library's effects explains",
             };
@@ -112,14 +126,9 @@ pub fn summary(d: &Diagnosis) -> String {
     out.trim_end().to_owned()
 }
 
-/// Whether as many effects were found as are looked for.
-fn is_full(d: &Diagnosis) -> bool {
-    d.warnings.iter().any(|warning| warning.starts_with(AS_MANY))
-}
-
 /// Said first where so many effects do not explain a log.
 fn another_robot(d: &Diagnosis) -> Option<String> {
-    (d.unexplained && is_full(d)).then(|| {
+    (d.unexplained && d.is_full()).then(|| {
         format!(
             "{} effects, as many as are looked for, do not explain this log. Before any of them is believed: is it a log of the robot that is described \
              (masses, geometry, order, signs and units of its joints, how its base is held)? Masses alone: `bipedc identify`.\n",
@@ -369,7 +378,7 @@ mod tests {
     fn a_log_that_as_many_effects_as_are_looked_for_do_not_explain_is_another_robots() {
         let effect = Effect::new(&kinds::VISCOUS_FRICTION, Location::joint("knee"), &[("damping", 0.4)]);
         let found = FoundEffect { effect, ci95: BTreeMap::new(), share: 0.9, doubts: Vec::new() };
-        let full = format!("{AS_MANY}, 12: there may be more");
+        let full = format!("{}, 12: there may be more", Diagnosis::AS_MANY);
         let said = |warnings: Vec<String>, unexplained: bool| {
             summary(&Diagnosis { effects: vec![found.clone(); 12], warnings, unexplained, ..left(0.11) })
         };
