@@ -64,6 +64,7 @@ mod one_joint;
 #[path = "phases/main.rs"]
 mod phases;
 mod point_feet;
+mod point_to_point;
 mod readme;
 mod real_data;
 #[path = "report_page/main.rs"]

@@ -133,7 +133,7 @@ fn found(own: &mut Subjected, file: &Path, mapping: &Mapping) -> Result<(), Diag
         }
     };
     drop(inspect(&*experiment, None));
-    let answer = diagnose(&*experiment, None, &Options { most: 1, ..Options::default() }, &|_| ());
+    let answer = diagnose(&*experiment, None, &Options { most: Some(1), ..Options::default() }, &|_| ());
     drop(serde_json::to_string(&answer).map(|text| text + &answer.summary));
     Ok(())
 }
