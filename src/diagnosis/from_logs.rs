@@ -71,22 +71,23 @@ fn judged_by_itself(request: &Request<'_>, first: &Diagnosis, work: Work<'_>) ->
     let Diagnosis { rows_training, rms_training, .. } = &second.diagnosis;
     // All of that log counts: where its blocks do not show what acts either, nothing is told.
     let left = rows_training.get(name).or_else(|| rms_training.get(name))?.told();
-    let is_told = left < EXPLAINS * missed.told() && tells(&second.diagnosis, first);
+    let effects = first.effects.iter().map(|found| &found.effect);
+    let is_told = left < EXPLAINS * missed.told() && tells(&second.diagnosis, effects);
     if !is_told {
         return None;
     }
     // The same effects once more are no reason to let another log judge.
-    let is_more = !tells(first, &second.diagnosis) || second.diagnosis.unexplained;
+    let is_more = !tells(first, second.diagnosis.estimated()) || second.diagnosis.unexplained;
     Some(match is_more {
         true => ByItself::Answer(Box::new(second)),
         false => ByItself::Filter(Box::new(second.diagnosis)),
     })
 }
 
-/// Whether all effects and corrections of one answer stand in another one.
-fn tells(answer: &Diagnosis, other: &Diagnosis) -> bool {
+/// Whether effects stand in an answer, with whatever values.
+fn tells<'e>(answer: &Diagnosis, mut effects: impl Iterator<Item = &'e Effect>) -> bool {
     let same = |a: &Effect, b: &Effect| a.kind == b.kind && a.location == b.location;
-    other.estimated().all(|effect| answer.estimated().any(|one| same(one, effect)))
+    effects.all(|effect| answer.estimated().any(|one| same(one, effect)))
 }
 
 /// Behind another filter no more than this part of an error is left that is fast motion, which the first one took off.

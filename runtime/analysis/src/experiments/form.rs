@@ -88,15 +88,17 @@ impl Reach {
 
     /// How many times as large as for a usual robot a parameter may be.
     fn times(self, effect: &Effect, name: &str) -> f64 {
-        let unit = effect.unit(name);
         let [slower, softer] = self.slowness;
-        match unit {
-            _ if *effect.kind == kinds::VISCOUS_FRICTION => self.heaviness * slower,
-            _ if *effect.kind == kinds::QUADRATIC_DRAG => self.heaviness * slower * slower,
-            _ if *effect.kind == kinds::ROTOR_INERTIA => self.heaviness * softer,
-            "m" if *effect.kind == kinds::PAYLOAD => self.longer,
-            _ if ["N", "kg"].iter().any(|of| unit.starts_with(of)) => self.heaviness,
-            _ => 1.0,
+        let unit = effect.unit(name);
+        let is = |kind: &Kind| effect.kind == kind;
+        let grows = ["N", "kg"].iter().any(|of| unit.starts_with(of));
+        match grows {
+            true if is(&kinds::VISCOUS_FRICTION) => self.heaviness * slower,
+            true if is(&kinds::QUADRATIC_DRAG) => self.heaviness * slower * slower,
+            true if is(&kinds::ROTOR_INERTIA) => self.heaviness * softer,
+            true => self.heaviness,
+            false if is(&kinds::PAYLOAD) && unit == "m" => self.longer,
+            false => 1.0,
         }
     }
 

@@ -175,10 +175,8 @@ fn concluded(
         let settled = settle(data(regression, teaches), refined, &regression.spread, regression.free);
         let judged = regression.standing.len()..outcome.active.len();
         let no_more = |k: usize| says_no_more(&settled.refined, k);
-        if judged
-            .into_iter()
-            .any(|k| no_more(k) && put_own(regression, outcome, (&settled.refined, k), teaches))
-        {
+        let put = |k: usize| put_own(regression, outcome, (&settled.refined, k), teaches);
+        if judged.filter(|&k| no_more(k)).any(put) {
             continue;
         }
         let conclusion = Conclusion { regression, outcome, settled: &settled };

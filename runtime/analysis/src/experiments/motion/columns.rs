@@ -1,5 +1,6 @@
 //! What is asked of a joint again and again, in one piece each: the trajectory has state after state.
 use super::experiment::MotionExperiment;
+use crate::experiments::noise::root_mean_square;
 use std::sync::OnceLock;
 
 /// Of one joint; formed when first asked for.
@@ -43,8 +44,4 @@ impl MotionExperiment<'_> {
             measured.max(root_mean_square(self.of_load(joint)))
         })
     }
-}
-
-pub(super) fn root_mean_square(values: &[f64]) -> f64 {
-    (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }

@@ -1,6 +1,6 @@
 //! How large and how slow a robot and its joints are beside those of which the library says what is usual.
-use super::columns::root_mean_square;
 use super::experiment::MotionExperiment;
+use crate::experiments::noise::root_mean_square;
 use crate::robot::InertialParameters;
 use bipedc_effects::effect::Location;
 
