@@ -375,6 +375,14 @@ pub(super) const LEFT: f64 = 1.4;
 const PLAINLY: f64 = 2.0;
 
 impl ErrorFall {
+    /// Errors before and after, in the unit of the row, without the samples at which joints stick, where that is another figure: at rest friction is anything between its bounds, and the error
+    /// there says nothing of it.
+    pub fn where_free(&self) -> Option<[f64; 2]> {
+        const OTHER: f64 = 1.25;
+        let [before, after] = [self.before_moving?, self.after_moving?];
+        (self.after > OTHER * after).then_some([before, after])
+    }
+
     /// The remaining error in multiples of the noise where it is no noise, nor too small to be worth a word. What is said of it, in words
     /// and as a flag, hangs on this.
     pub fn above_noise(&self) -> Option<f64> {

@@ -79,6 +79,10 @@ fn fallen(diagnosis: &Diagnosis) -> Option<Card> {
     } else {
         format!("{of}root mean square over all rows")
     };
+    let free = fall.where_free().map_or_else(String::new, |[before, after]| {
+        format!("; where joints do not stick {} → {}", significant(before, 3), with_unit(after, &fall.unit))
+    });
+    let noise = noise + &free;
     let figure = format!("{} → {}", significant(fall.before, 3), with_unit(fall.after, &fall.unit));
     Some(Card::new("held-out error, with effects", figure, noise))
 }

@@ -52,14 +52,11 @@ fn described(d: &Diagnosis) -> String {
     out
 }
 
-/// What the held-out error is without the samples at which joints stick, where that is another one: at rest friction is anything between its bounds, and the error
-/// there says nothing of it.
+/// The held-out error without the samples at which joints stick, where that is another one.
 fn where_free(d: &Diagnosis) -> String {
-    const OTHER: f64 = 1.25;
     let fall = d.rms.values().find(|fall| fall.before == d.rms_before);
-    let free = fall.and_then(|fall| Some((fall.before_moving?, fall.after_moving?, &fall.unit)));
-    let free = free.filter(|(_, after, _)| d.rms_after > OTHER * after);
-    free.map_or_else(String::new, |(before, after, unit)| {
+    let free = fall.and_then(|fall| Some((fall.where_free()?, &fall.unit)));
+    free.map_or_else(String::new, |([before, after], unit)| {
         format!(", where joints do not stick {} → {} {unit}", short(before), short(after))
     })
 }
