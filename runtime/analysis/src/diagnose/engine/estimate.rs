@@ -1,12 +1,12 @@
 //! Estimates of effects that are given, where nothing is searched for.
-use super::conclusion::Conclusion;
-use super::corrections::settle;
-use super::estimates::{data, spread};
-use super::refinement::{Data, refine};
-use super::regression::{Regression, is_held_out};
+use super::equations::regression::{Regression, is_held_out};
+use super::judge::conclusion::Conclusion;
+use super::refine::estimates::{data, spread};
+use super::refine::refinement::{Data, refine};
 use super::run::{Options, places_of};
-use super::search::Outcome;
-use super::text;
+use super::search::corrections::settle;
+use super::search::forward::Outcome;
+use super::words::text;
 use crate::diagnose::Diagnosis;
 use crate::experiments::Experiment;
 use bipedc_effects::effect::Effect;
