@@ -1,6 +1,6 @@
 //! What is left of torques above their noise, held against what is left behind faster filters: an effect is seen there too, motion that a slow filter
 //! takes off is not.
-use super::result::LEFT;
+use super::error_fall::LEFT;
 use super::{Diagnosis, ErrorFall, errors, left_alike};
 use crate::experiments::{Experiment, MotionExperiment};
 use bipedc_effects::effect::Effect;

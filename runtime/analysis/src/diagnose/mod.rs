@@ -17,6 +17,7 @@
 pub(crate) mod breakdown;
 mod closer;
 mod engine;
+mod error_fall;
 mod result;
 mod selected;
 mod signature;
@@ -27,8 +28,7 @@ pub use closer::Closer;
 pub use engine::{
     Errors, Options, Stated, diagnose, errors, estimate, left_alike, left_by_kind, root_mean_squares, summary,
 };
-pub use result::{
-    Diagnosis, ErrorFall, FoundEffect, Rejected, Scope, Seen, Step, StepErrors, Unexplained, intervals,
-};
+pub use error_fall::{ErrorFall, StepErrors};
+pub use result::{Diagnosis, FoundEffect, Rejected, Scope, Seen, Step, Unexplained, intervals};
 pub use selected::Selected;
 pub use signature::Feature;
