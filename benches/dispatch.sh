@@ -40,7 +40,7 @@ for _ in $(seq "${1:-3}"); do
     BENCH_SINGLE=1 "$work/target_$kind/release/program" | sed "s/^/$kind /"
   done
 done | awk '
-  NF >= 5 && $3 == "per" { robot = $2; sub("ns$", "", robot); next }
+  $3 == "ns" { robot = $2; next }
   $2 ~ /^AMD|^Intel/ || NF < 4 { if (!said && NF > 1) { $1 = ""; print; said = 1 } next }
   { key = robot " " $2; if (!(key in seen)) { seen[key] = ++n; name[n] = key }
     if (!(($1, key) in least) || $3 < least[$1, key]) least[$1, key] = $3 }
