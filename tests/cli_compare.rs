@@ -247,6 +247,21 @@ fn everything_measured_is_compared() {
     }
 }
 
+/// Before: 0.0742 and 0.0635 N m of the same row, as all of the log and as the samples of an experiment tell it.
+#[test]
+fn a_row_has_one_noise() {
+    for name in ["backlash", "coulomb"] {
+        let file = format!("tests/data/examples/{name}/validation.csv.gz");
+        let answer = bipedc(&["compare", "robots/tulip", &file, "--where", "--json"]).ok().json();
+        let [rows, channels] = ["where", "channels"].map(|list| answer[list].as_array().unwrap());
+        assert!(rows.len() >= 12);
+        for row in rows {
+            let own = channels.iter().find(|channel| channel["name"] == row["name"]).unwrap();
+            assert_eq!(own["noise"], row["noise"], "{own} {row}");
+        }
+    }
+}
+
 /// Degrees read as radians leave what looks like noise and is many times what was measured: it was called noise.
 #[test]
 fn what_is_left_is_no_noise_where_it_is_more_than_was_measured() {

@@ -9,8 +9,7 @@ const TULIP: &str = "robots/tulip";
 /// TUlip bends its knees and leans from foot to foot, both soles on the ground.
 fn scenario(seed: u32, rate: f64, effect: &str) -> String {
     let mut told = format!(
-        "duration = 10.0\nstep = 0.001\nlog_step = 0.004\nseed = {seed}\n[control]\nstiffness = 900.0\ndamping = 12.0\nservo = \"drive\"\n\
-         [sensors]\nposition_noise = 1e-5\neffort_noise = 0.02\n{effect}"
+        "duration = 10.0\nstep = 0.001\nlog_step = 0.004\nseed = {seed}\n[control]\nstiffness = 900.0\ndamping = 12.0\nservo = \"drive\"\n{effect}"
     );
     let (slow, fast) = (0.4 * rate, 0.9 * rate);
     for side in ["right", "left"] {
@@ -48,9 +47,14 @@ fn kept(log: &Path, name: &str, is_kept: impl Fn(&str) -> bool) -> PathBuf {
 
 /// Two motions of the standing robot.
 fn logs(folder: &Path, effect: &str) -> [PathBuf; 2] {
+    with_sensors(folder, "position_noise = 1e-5\neffort_noise = 0.02\n", effect)
+}
+
+/// The same with other sensors.
+fn with_sensors(folder: &Path, sensors: &str, effect: &str) -> [PathBuf; 2] {
     [(1, 1.0), (2, 0.8)].map(|(seed, rate)| {
         let [file, log] = ["toml", "csv"].map(|end| folder.join(format!("{seed}.{end}")));
-        std::fs::write(&file, scenario(seed, rate, effect)).unwrap();
+        std::fs::write(&file, scenario(seed, rate, &format!("[sensors]\n{sensors}{effect}"))).unwrap();
         bipedc(&["simulate", TULIP, "--scenario", text(&file), "--out", text(&log)]).ok();
         log
     })
@@ -125,4 +129,27 @@ fn noise_of_where_the_base_is_asks_for_no_other_masses() {
         [&answer["effects"], &answer["inertial_corrections"]].map(|list| list.as_array().unwrap().len());
     assert_eq!(said, [0, 0], "{}", answer["summary"]);
     assert_eq!(answer["unexplained"], false, "{}", answer["summary"]);
+}
+
+/// Before: behind 20 Hz, for which the noise of encoders was the reason, something was left at a hip that was not; of a robot of 90 kg 6 % of the error was
+/// explained, with two wrong intervals of four.
+#[test]
+fn noise_of_encoders_asks_for_no_faster_filter() {
+    let folder = scratch("noisy-encoders");
+    let sensors = "position_noise = 5e-5\neffort_noise = 0.2\nforce_noise = 1.0\nbase_position_noise = 1e-4\n\
+                   base_orientation_noise = 1e-4\n";
+    let carried =
+        "[[effect]]\nkind = \"payload\"\nlink = \"torso\"\nmass = 3.0\nx = 0.05\ny = 0.02\nz = 0.2\n";
+    let [train, judge] = with_sensors(&folder, sensors, carried);
+    let run = ["diagnose", TULIP, text(&train), "--validate", text(&judge), "--json"];
+    let answer = bipedc(&run).ok().json();
+    let [payload] = &answer["effects"].as_array().unwrap()[..] else { panic!("{}", answer["summary"]) };
+    assert_eq!([&payload["kind"], &payload["link"]], ["payload", "torso"]);
+    assert_eq!(answer["unexplained"], false, "{}", answer["summary"]);
+    for (name, truth) in [("mass", 3.0), ("x", 0.05), ("y", 0.02), ("z", 0.2)] {
+        let [low, high] = [0, 1].map(|end| payload["ci95"][name][end].as_f64().unwrap());
+        assert!(low < truth && truth < high, "{name}: {low} to {high}");
+    }
+    let [before, after] = ["before", "after"].map(|key| answer["rms"]["base_moment"][key].as_f64().unwrap());
+    assert!(after < 0.5 * before, "{before} {after}");
 }

@@ -1,9 +1,11 @@
 //! Writing a proposal into a description.
 use super::files::{Lock, prepared, read_text};
-use super::history::{Action, Change, History, HistoryState, Step, Version, pack};
+use super::history::{Action, BeforeAfter, Change, ChannelError, History, HistoryState, Step, Version, pack};
 use super::text::{self, Written};
 use super::{Proposal, Proposed, Request, comments, description_path, is_same, now};
 use crate::robot::link_inertias::by_itself;
+use bipedc_analysis::diagnose::rises;
+use bipedc_analysis::number::counting;
 use bipedc_compiler::description::SourceFiles;
 use bipedc_compiler::description::model::RobotDescription;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, Severity};
@@ -78,8 +80,27 @@ fn entered(
 
     history.steps.push(step.clone());
     let is_new = |warning: &Diagnostic| old_warnings.iter().all(|old| old.message != warning.message);
-    let warnings = warnings.into_iter().filter(is_new).map(unplaced).collect();
+    let warnings = warnings.into_iter().filter(is_new).map(unplaced).chain(risen(&proposal.errors)).collect();
     Ok(Amended { step, description, before, after, remarks, warnings })
+}
+
+/// Errors that are larger with what is written, though others may fall.
+fn risen(errors: &[ChannelError]) -> Option<Diagnostic> {
+    let risen = |error: &ChannelError, which: &str, fall: Option<BeforeAfter>| {
+        let BeforeAfter { before, after } = fall?;
+        let channel = error.channel.replace('_', " ");
+        let [was, is] = [before, after].map(|x| counting(x, 4));
+        rises(before, after, error.noise)
+            .then(|| format!("the {which} error of the {channel} rises from {was} to {is} {}", error.unit))
+    };
+    let of = |error: &ChannelError| {
+        [risen(error, "held-out", error.held_out), risen(error, "training", error.training)]
+    };
+    let all: Vec<String> = errors.iter().flat_map(of).flatten().collect();
+    (!all.is_empty()).then(|| {
+        Diagnostic::warning(format!("with what is written {}", all.join(", ")))
+            .help("compare it on another log; `bipedc amend ROBOT --undo` takes it back")
+    })
 }
 
 fn pushed(mut list: Vec<Change>, change: Change) -> Vec<Change> {

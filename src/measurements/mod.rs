@@ -248,7 +248,7 @@ impl Measured {
         options: &Options,
         with_joints: bool,
     ) -> Result<f64, Diagnostics> {
-        let look = |cutoff: f64| -> Result<(f64, Vec<f64>), Diagnostics> {
+        let look = |cutoff: f64| -> Result<(f64, Vec<[f64; 2]>), Diagnostics> {
             let options = Options { cutoff_hz: Some(cutoff), ..options.clone() };
             let found = ContactExperiment::read(Robot { effects, ..self.robot() }, log, &options)?;
             let joints = with_joints && found.recording().has_efforts();
@@ -329,10 +329,11 @@ impl Measured {
     }
 }
 
-/// The part of what a joint moves, by mean squares of speeds, that the slower of two filters takes away; of the joint that loses most.
-fn cut_off(slow: &[f64], fast: &[f64]) -> f64 {
-    let moving = slow.iter().zip(fast).filter(|(_, fast)| **fast > 0.0);
-    moving.map(|(slow, fast)| 1.0 - slow / fast).fold(0.0, f64::max)
+/// The part of what a joint moves, by mean squares of speeds, that the slower of two filters takes away; of the joint that loses most. What is
+/// less than the noise that the faster one lets through is nothing to wait for.
+fn cut_off(slow: &[[f64; 2]], fast: &[[f64; 2]]) -> f64 {
+    let pairs = slow.iter().zip(fast).filter(|([slow, _], [fast, noise])| fast - slow > *noise);
+    pairs.map(|([slow, _], [fast, _])| 1.0 - slow / fast).fold(0.0, f64::max)
 }
 
 /// All functions that experiments may call.

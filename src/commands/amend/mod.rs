@@ -11,7 +11,7 @@ use bipedc::amendment::answer::Answer;
 use bipedc::amendment::diagnosis::{self, Selection};
 use bipedc::amendment::{Proposal, Proposed, Request, amend, description_path, undo};
 use bipedc::kinds::demand_kind;
-use bipedc_analysis::diagnose::{Diagnosis, ErrorFall};
+use bipedc_analysis::diagnose::{Diagnosis, ErrorFall, rises};
 use bipedc_analysis::number::counting;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::{Effect, Location, kinds};
@@ -230,15 +230,12 @@ impl Amend {
     }
 }
 
-/// Errors may rise by this factor with an estimate that says nothing.
-const RISES: f64 = 1.1;
-
 /// An estimate with which errors rise is none: where it began, nothing lowered them.
 fn risen(found: &Diagnosis) -> Option<Diagnostic> {
     let kind = found.telling_channel()?;
     let fall = |falls: &BTreeMap<String, ErrorFall>| falls.get(kind).cloned();
     let told = [("held-out", fall(&found.rms)), ("training", fall(&found.rms_training))];
-    let rises = |fall: &ErrorFall| fall.after > RISES * fall.before;
+    let rises = |fall: &ErrorFall| rises(fall.before, fall.after, 0.0);
     let (which, fall) = told.into_iter().find_map(|(which, fall)| Some((which, fall.filter(rises)?)))?;
     let message = format!(
         "with what the log estimates of this effect its {which} error of the {} rises from {} to {} {}: nothing was written",

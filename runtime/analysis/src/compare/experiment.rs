@@ -138,7 +138,7 @@ impl Comparison {
             match self.channels.iter_mut().find(|c| c.name == told.name && c.kind == told.kind) {
                 Some(own) => {
                     (own.rms_moving, own.sticking) = (told.rms_moving, told.sticking);
-                    own.away_from_jumps = told.away_from_jumps;
+                    (own.away_from_jumps, own.noise) = (told.away_from_jumps, told.noise);
                     if told.rms_moving.is_some() {
                         (own.rms, own.max, own.relative) = (told.rms, told.max, told.relative);
                     }

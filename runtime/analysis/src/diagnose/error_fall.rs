@@ -48,6 +48,13 @@ pub(super) const LEFT: f64 = 1.4;
 /// The same where one row of a training log is held against that row of the log that judges: fast motion that a filter takes off may differ.
 pub(super) const PLAINLY: f64 = 2.0;
 
+/// Whether an error is larger than before by more than effects that say nothing may make it, and no noise.
+pub fn rises(before: f64, after: f64, noise: f64) -> bool {
+    const RISES: f64 = 1.1;
+    const HEARD: f64 = 1.15;
+    after > RISES * before && after > HEARD * noise
+}
+
 impl ErrorFall {
     /// Errors before and after, in the unit of the row, without the samples at which joints stick, where that is another figure: at rest friction is anything between its bounds, and the error
     /// there says nothing of it.

@@ -28,7 +28,7 @@ pub use closer::Closer;
 pub use engine::{
     Errors, Options, Stated, diagnose, errors, estimate, left_alike, left_by_kind, root_mean_squares, summary,
 };
-pub use error_fall::{ErrorFall, StepErrors};
+pub use error_fall::{ErrorFall, StepErrors, rises};
 pub use result::{Diagnosis, FoundEffect, Rejected, Scope, Seen, Step, Unexplained, intervals};
 pub use selected::Selected;
 pub use signature::Feature;

@@ -93,6 +93,9 @@ impl Experiment for Selected<'_> {
     fn motion_noise(&self, row: usize) -> f64 {
         self.inner.motion_noise(self.places[row])
     }
+    fn noise_in_signals(&self, row: usize) -> f64 {
+        self.inner.noise_in_signals(self.places[row])
+    }
     fn within_steps(&self, row: usize) -> [f64; 2] {
         self.inner.within_steps(self.places[row])
     }

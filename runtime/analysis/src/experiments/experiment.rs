@@ -125,6 +125,12 @@ pub trait Experiment: Send + Sync {
         0.0
     }
 
+    /// The part of a row's own [`Row::noise`] that is in its signals too: what the noise of feet's sensors, base and motion makes of the model's side.
+    /// Signals tell it, though it is nothing but noise.
+    fn noise_in_signals(&self, _row: usize) -> f64 {
+        0.0
+    }
+
     /// What nobody sees of joints that rest within a step of their encoders, in a row: the most that their angles, being elsewhere in it, make, and what motions
     /// within it make that are as quick as those of the joints that move (root mean square).
     fn within_steps(&self, _row: usize) -> [f64; 2] {

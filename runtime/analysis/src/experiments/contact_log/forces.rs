@@ -232,15 +232,16 @@ impl ContactRecording {
         Ok(out)
     }
 
-    /// Mean square of each joint's speed beyond its noise, rad²/s² or m²/s², at the samples that count.
-    pub fn motion(&self) -> Vec<f64> {
+    /// Mean square of each joint's speed beyond its noise, and of that noise, rad²/s² or m²/s², at the samples that count.
+    pub fn motion(&self) -> Vec<[f64; 2]> {
         let joints = self.effort.len();
         let noise = &self.position_noise[self.position_noise.len() - joints..];
         let of_joint = |joint: usize, noise: f64| {
             let speeds: Vec<f64> = self.trajectory.velocities(joint).collect();
             let square =
                 self.kept.iter().map(|i| speeds[*i].powi(2)).sum::<f64>() / self.kept.len().max(1) as f64;
-            (square - noise.powi(2) * self.velocity_gain).max(0.0)
+            let noise = noise.powi(2) * self.velocity_gain;
+            [(square - noise).max(0.0), noise]
         };
         noise.iter().enumerate().map(|(joint, noise)| of_joint(joint, *noise)).collect()
     }

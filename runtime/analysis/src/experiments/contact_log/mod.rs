@@ -63,7 +63,7 @@ pub use walking::WalkingExperiment;
 use crate::experiments::experiment::sought_at;
 use crate::experiments::memo::Memo;
 use crate::experiments::motion::Hidden;
-use crate::experiments::{Experiment, Inertial, Row, data_checks};
+use crate::experiments::{Channel, Experiment, Inertial, Row, data_checks};
 use crate::measure::JointPositions;
 use crate::robot::InertialParameters;
 use crate::robot::LinkInertias;
@@ -217,6 +217,11 @@ impl Experiment for ContactExperiment<'_> {
         let limits = sensors.filter_map(|(foot, sensor, _)| self.clipped(foot, sensor));
         let limit = limits.fold(f64::NEG_INFINITY, f64::max);
         limit.is_finite().then(|| Effect::new(kind, place.clone(), &[("limit", limit)]))
+    }
+    fn noise_in_signals(&self, row: usize) -> f64 {
+        // The feet's forces are signals.
+        let row = &self.rows[row];
+        if matches!(row.channel, Channel::BaseForce | Channel::BaseMoment) { row.noise } else { 0.0 }
     }
     fn inertial_count(&self) -> usize {
         self.parameters.len()

@@ -29,14 +29,19 @@ impl ContactExperiment<'_> {
     }
 
     /// Noise of the joints' rows: of efforts, of forces through the legs, of accelerations through the mass matrix.
-    pub(super) fn joint_noise(&self, change: &Change, elimination: &Elimination) -> Vec<f64> {
+    pub(super) fn joint_noise(&self, change: &Change, elimination: &Elimination) -> Vec<[f64; 2]> {
         let (first, r) = (self.robot.layout.base.nv(), &self.recording);
         let still = r.noise_gain();
         let accelerations = r.acceleration_noise();
         let mut sums = vec![0.0; self.robot.layout.joints.len()];
-        let mut add = |sample: usize, mut tau: Vec<f64>, sigma: f64| {
+        let mut shared = sums.clone();
+        let mut add = |sample: usize, mut tau: Vec<f64>, sigma: f64, is_effort: bool| {
             elimination.rest_at(sample, &mut tau[first..]);
-            sums.iter_mut().zip(&tau[first..]).for_each(|(sum, tau)| *sum += (tau * sigma).powi(2));
+            let squares = tau[first..].iter().map(|tau| (tau * sigma).powi(2));
+            for ((sum, shared), square) in sums.iter_mut().zip(&mut shared).zip(squares) {
+                *sum += square;
+                *shared += if is_effort { 0.0 } else { square };
+            }
         };
         let mut count = 0.0;
         for i in self.probes() {
@@ -54,14 +59,14 @@ impl ContactExperiment<'_> {
                         }
                     };
                     let tau = mapped(&self.robot, &self.calls, &self.feet, &q, &r.logged(), one);
-                    add(i, tau, record.noise[k] * still.sqrt());
+                    add(i, tau, record.noise[k] * still.sqrt(), false);
                 }
             }
             let [q, v, a] = self.true_state(&self.logged_state(i), change);
             for (joint, noise) in r.effort_noise.iter().enumerate() {
                 let mut one = vec![0.0; self.calls.nv];
                 one[first + joint] = 1.0;
-                add(i, one, noise * still.sqrt());
+                add(i, one, noise * still.sqrt(), true);
             }
             let mut needed = vec![0.0; self.calls.nv];
             self.calls.moving(self.inverse_dynamics, &q, &v, &a, &mut needed);
@@ -77,9 +82,10 @@ impl ContactExperiment<'_> {
                 let mut more = vec![0.0; self.calls.nv];
                 self.calls.moving(self.inverse_dynamics, &q, &v, &faster, &mut more);
                 more.iter_mut().zip(&needed).for_each(|(more, needed)| *more -= needed);
-                add(i, more, *sigma);
+                add(i, more, *sigma, false);
             }
         }
-        sums.iter().map(|sum| (sum / count).sqrt()).collect()
+        let root = |sum: &f64| (sum / count).sqrt();
+        sums.iter().zip(&shared).map(|(all, shared)| [root(all), root(shared)]).collect()
     }
 }

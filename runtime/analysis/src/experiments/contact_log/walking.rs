@@ -33,6 +33,8 @@ pub struct WalkingExperiment<'a> {
     /// Rows of `joints` that are rows here.
     shown: Vec<usize>,
     rows: Vec<Row>,
+    /// Of every joint's row the part of its noise that is in its signals too.
+    in_signals: Vec<f64>,
     /// Of the joints' rows, at the samples that count.
     residual: Vec<Vec<f64>>,
     /// Where their joints stick, at the samples that count.
@@ -111,9 +113,11 @@ impl<'a> WalkingExperiment<'a> {
         rows.extend(shown.iter().map(|row| joints.rows()[*row].clone()));
         for row in rows.iter_mut().filter(|row| row.channel == Channel::Effort) {
             if let Some(joint) = of_joint(&row.joint) {
-                row.noise = noise[joint].max(1e-9);
+                row.noise = noise[joint][0].max(1e-9);
             }
         }
+        let in_signals = |row: &Row| of_joint(&row.joint).map_or(0.0, |joint| noise[joint][1]);
+        let in_signals = rows.iter().skip(base.rows().len()).map(in_signals).collect();
         let mut this = Self {
             base,
             joints,
@@ -121,6 +125,7 @@ impl<'a> WalkingExperiment<'a> {
             elimination,
             shown,
             rows,
+            in_signals,
             residual: Vec::new(),
             sticks: Vec::new(),
             inertial: OnceLock::new(),
@@ -324,6 +329,12 @@ impl Experiment for WalkingExperiment<'_> {
     }
     fn described(&self) -> &[Effect] {
         self.joints.described()
+    }
+    fn noise_in_signals(&self, row: usize) -> f64 {
+        match row.checked_sub(self.first()) {
+            Some(joint) => self.in_signals[joint],
+            None => self.base.noise_in_signals(row),
+        }
     }
     fn smeared(&self) -> usize {
         // The joints' own in samples of the log, of which not all count.

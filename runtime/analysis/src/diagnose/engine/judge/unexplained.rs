@@ -146,8 +146,10 @@ impl Row<'_> {
         let matters = squares(&moving) > TRACE * squares(self.judge.nominal(self.row));
         let each = squares(&moving) / left.len().max(1) as f64;
         let beyond = |noise: f64| each / noise.powi(2).max(f64::MIN_POSITIVE);
-        // What the encoders' noise makes of the model's torque goes with the motion that they tell.
-        let size = beyond(self.resolution.hypot(UNSURE * self.judge.motion_noise(self.row)));
+        // What the encoders' noise makes of the model's torque goes with the motion that they tell, as what feet's sensors and the base's make of it does.
+        let in_signals = (UNSURE * UNSURE - 1.0).sqrt() * self.judge.noise_in_signals(self.row);
+        let size =
+            beyond(self.resolution.hypot(in_signals).hypot(UNSURE * self.judge.motion_noise(self.row)));
         // Nor is where within a step of their encoders joints rest; and where nothing tells what goes with what, the encoders' noise.
         let [angles, motions] = self.judge.within_steps(self.row);
         let resting = self.resolution.hypot(angles).hypot(motions);

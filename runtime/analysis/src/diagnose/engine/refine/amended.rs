@@ -76,6 +76,9 @@ impl Experiment for Amended<'_> {
     fn motion_noise(&self, row: usize) -> f64 {
         self.motion_noise[row]
     }
+    fn noise_in_signals(&self, row: usize) -> f64 {
+        self.inner.noise_in_signals(row)
+    }
     fn within_steps(&self, row: usize) -> [f64; 2] {
         self.inner.within_steps(row)
     }

@@ -69,7 +69,8 @@ pub(crate) fn settle(data: Data<'_>, refined: Refined, spread: &Spread, free: bo
         }
         let spread = spread.only(&bodies);
         let joint = refine(data, effects, &[], Some(&spread));
-        let Some(found) = Correction { links, bodies: &bodies, spread: &spread, joint: &joint, free }.found()
+        let all = (!free).then_some((&refined.corrections[..], &refined.covariance));
+        let Some(found) = Correction { links, bodies: &bodies, spread: &spread, joint: &joint, all }.found()
         else {
             return plain(without(joint.effects), true);
         };
@@ -180,7 +181,8 @@ struct Correction<'s> {
     bodies: &'s [usize],
     spread: &'s Spread,
     joint: &'s Refined,
-    free: bool,
+    /// The estimate beside all other bodies, and its covariance; `None`: the prior says nothing, and only those that are needed are known.
+    all: Option<(&'s [f64], &'s DMatrix<f64>)>,
 }
 
 impl Correction<'_> {
@@ -252,6 +254,17 @@ impl Correction<'_> {
         DMatrix::from_fn(places.len(), places.len(), |r, c| self.joint.covariance[(places[r], places[c])])
     }
 
+    /// Covariance of the `k`-th body's unknowns. Bodies whose corrections are too small to be seen are as described, and their neighbours take over
+    /// what they do: how far the truth may be is told by the estimate beside all of them, and how far that is away.
+    fn of_body(&self, k: usize, covariance: &DMatrix<f64>) -> DMatrix<f64> {
+        let Some((corrections, covariance)) = self.all else {
+            return covariance.view((10 * k, 10 * k), (10, 10)).into_owned();
+        };
+        let of = of_body(self.bodies[k]);
+        let away = DVector::from_iterator(10, of.clone().map(|i| corrections[i] - self.joint.corrections[i]));
+        covariance.view((of.start, of.start), (10, 10)) + &away * away.transpose()
+    }
+
     /// Standard deviations of what `of` makes of a change of the `k`-th body's parameters, at a change; infinite where
     /// the data tell nothing.
     fn sigma(
@@ -261,8 +274,8 @@ impl Correction<'_> {
         of: impl Fn(&[f64; 10]) -> [f64; 10],
     ) -> impl Fn(&[f64; 10]) -> [f64; 10] {
         let factor = &self.spread.factors[self.bodies[k]];
-        let own = covariance.view((10 * k, 10 * k), (10, 10)).into_owned();
-        let free = self.free;
+        let own = self.of_body(k, covariance);
+        let free = self.all.is_none();
         move |change| {
             // Slopes by the unknowns: a hundredth of the prior's deviation is a small step.
             let slope = |unknown: usize| {

@@ -2,9 +2,9 @@
 use super::left::{at_jumps, looked_at, loudest, seen, training_only, what_is_left};
 use super::sentence::sentence;
 use super::told_apart::alike;
-use crate::diagnose::Diagnosis;
 use crate::diagnose::engine::search::late::{later, reported_late};
 use crate::diagnose::error_fall::LEFT;
+use crate::diagnose::{Diagnosis, ErrorFall, rises};
 use crate::number::counting;
 use std::fmt::Write as _;
 
@@ -59,6 +59,16 @@ fn where_free(d: &Diagnosis) -> String {
     })
 }
 
+/// Kinds of channels whose held-out error is larger with the answer, though another falls.
+fn risen(d: &Diagnosis) -> String {
+    let risen = d.rms.iter().filter(|(_, fall)| rises(fall.before, fall.after, fall.noise));
+    let told = |(kind, fall): (&String, &ErrorFall)| {
+        let [before, after] = [fall.before, fall.after].map(short);
+        format!("That of the {} rises by it, {before} → {after} {}.\n", kind.replace('_', " "), fall.unit)
+    };
+    risen.map(told).collect()
+}
+
 /// The whole answer, from its numbers.
 pub fn summary(d: &Diagnosis) -> String {
     let unit = d.rms.values().find(|f| f.before == d.rms_before).map_or("", |f| f.unit.as_str());
@@ -96,6 +106,7 @@ pub fn summary(d: &Diagnosis) -> String {
     let filter = d.judged_at_hz.map_or(String::new(), |hz| format!(", both behind a filter of {hz} Hz"));
     let (before, after) = (short(d.rms_before), short(d.rms_after));
     let _ = writeln!(out, "Held-out error {before} → {after} {unit}{}{filter}.", where_free(d));
+    out.push_str(&risen(d));
     for group in &d.indistinguishable {
         let _ = writeln!(out, "{}", alike(group, &d.bolted));
     }
@@ -164,7 +175,7 @@ fn opposed(d: &Diagnosis) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::{ErrorFall, FoundEffect, Scope, Seen, Unexplained};
+    use crate::diagnose::{FoundEffect, Scope, Seen, Unexplained};
     use bipedc_effects::effect::{Effect, Location, kinds};
     use std::collections::BTreeMap;
 
@@ -273,6 +284,20 @@ mod tests {
             said.starts_with("Nothing is missing in effort, of which only 0.22 s of motion were looked at: "),
             "{said}"
         );
+    }
+
+    #[test]
+    fn errors_that_rise_beside_one_that_falls_are_told() {
+        let effect = Effect::new(&kinds::PAYLOAD, Location::link("torso"), &[("mass", 3.0)]);
+        let found = FoundEffect { effect, ci95: BTreeMap::new(), share: 0.1, doubts: Vec::new() };
+        let mut answer = Diagnosis { effects: vec![found], ..left(0.051) };
+        let said = |answer: &Diagnosis| summary(answer).contains("rises");
+        let moment = |after| ErrorFall { after, before: 1.8, noise: 1.5, ..answer.rms["effort"].clone() };
+        let [more, hardly] = [2.4, 1.9].map(moment);
+        answer.rms.insert("base_moment".to_owned(), hardly);
+        assert!(!said(&answer));
+        answer.rms.insert("base_moment".to_owned(), more);
+        assert!(summary(&answer).contains("\nThat of the base moment rises by it, 1.800 → 2.400 N m.\n"));
     }
 
     #[test]
