@@ -47,6 +47,24 @@ fn diagnosed(folder: &Path, moves: &str, effects: &str) -> Value {
     told(ARM, &logs(folder, moves, effects))
 }
 
+/// Takes out of logs where the links of these joints are: the motors' angles are left.
+fn motors_alone(logs: &[PathBuf; 2], joints: &[&str]) {
+    let is_of_link = |name: &str| {
+        joints.iter().any(|joint| name == format!("{joint}/position") || name == format!("{joint}/velocity"))
+    };
+    for log in logs {
+        let table = std::fs::read_to_string(log).unwrap();
+        let header: Vec<&str> = table.lines().next().unwrap().split(',').collect();
+        assert!(joints.iter().all(|joint| table.contains(&format!("{joint}/motor_position"))));
+        let kept: Vec<usize> = (0..header.len()).filter(|k| !is_of_link(header[*k])).collect();
+        let row = |line: &str| {
+            let cells: Vec<&str> = line.split(',').collect();
+            kept.iter().map(|k| cells[*k]).collect::<Vec<_>>().join(",")
+        };
+        std::fs::write(log, table.lines().map(row).collect::<Vec<_>>().join("\n") + "\n").unwrap();
+    }
+}
+
 fn value(effect: &Value, name: &str) -> f64 {
     effect["parameters"][name].as_f64().unwrap_or_else(|| panic!("{name}: {effect}"))
 }
@@ -84,22 +102,7 @@ fn springs_behind_motors_of_neighbouring_joints_are_both_found() {
         )
     });
     let logs = logs(&folder, ARM, &effects.concat());
-    for log in &logs {
-        let table = std::fs::read_to_string(log).unwrap();
-        let header: Vec<&str> = table.lines().next().unwrap().split(',').collect();
-        let is_of_link = |name: &str| {
-            hidden.iter().any(|(joint, ..)| {
-                [format!("{joint}/position"), format!("{joint}/velocity")].contains(&name.to_owned())
-            })
-        };
-        assert!(hidden.iter().all(|(joint, ..)| table.contains(&format!("{joint}/motor_position"))));
-        let kept: Vec<usize> = (0..header.len()).filter(|k| !is_of_link(header[*k])).collect();
-        let row = |line: &str| {
-            let cells: Vec<&str> = line.split(',').collect();
-            kept.iter().map(|k| cells[*k]).collect::<Vec<_>>().join(",")
-        };
-        std::fs::write(log, table.lines().map(row).collect::<Vec<_>>().join("\n") + "\n").unwrap();
-    }
+    motors_alone(&logs, &hidden.map(|(joint, ..)| joint));
     let answer = told(ARM, &logs);
     let found = answer["effects"].as_array().unwrap();
     assert_eq!(found.len(), 4, "{}", answer["summary"]);
@@ -113,6 +116,29 @@ fn springs_behind_motors_of_neighbouring_joints_are_both_found() {
         }
     }
     assert_eq!(answer["unexplained"], false, "{}", answer["summary"]);
+}
+
+/// What a link carries moves with the link, and not with its motor. Before: a spring too soft by the part of the inertia that was carried.
+#[test]
+fn a_spring_is_as_stiff_under_a_load() {
+    let folder = scratch("spring-and-load");
+    let effects = "[[effect]]\nkind = \"series_elasticity\"\njoint = \"elbow\"\nstiffness = 400.0\n\
+                   [[effect]]\nkind = \"rotor_inertia\"\njoint = \"elbow\"\ninertia = 0.25\n\
+                   [[effect]]\nkind = \"payload\"\nlink = \"forearm\"\nmass = 2.0\nx = 0.02\ny = 0.0\nz = 0.25\n";
+    let logs = logs(&folder, ARM, effects);
+    motors_alone(&logs, &["elbow"]);
+    let answer = told(ARM, &logs);
+    let found = answer["effects"].as_array().unwrap();
+    assert_eq!(found.len(), 3, "{}", answer["summary"]);
+    for (kind, name, truth) in [
+        ("series_elasticity", "stiffness", 400.0),
+        ("rotor_inertia", "inertia", 0.25),
+        ("payload", "mass", 2.0),
+    ] {
+        let one = found.iter().find(|effect| effect["kind"] == kind);
+        let one = one.unwrap_or_else(|| panic!("{}", answer["summary"]));
+        assert!((value(one, name) / truth - 1.0).abs() < 0.02, "{truth}: {one}");
+    }
 }
 
 /// No effect of the library damps between a motor and its link: what is left there says what it goes with. Before: "what it goes with was not found".

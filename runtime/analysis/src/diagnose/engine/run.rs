@@ -19,7 +19,7 @@ use super::words::text;
 use crate::diagnose::Diagnosis;
 use crate::experiments::{Channel, Experiment};
 use crate::robot::link_inertias::CadError;
-use bipedc_effects::effect::{Effect, Kind, Location};
+use bipedc_effects::effect::{Effect, Kind, Location, kinds};
 
 /// Most searches with a lower noise floor.
 const WEIGHINGS: usize = 2;
@@ -184,7 +184,9 @@ fn concluded(
         let Some(k) = conclusion.idle(&diagnosis).filter(|_| left > 0) else { return diagnosis };
         left -= 1;
         declined.push(outcome.active[k]);
-        if !drop_effect(regression, outcome, k) {
+        if !put_dry_friction(regression, outcome, (&settled.refined, k))
+            && !drop_effect(regression, outcome, k)
+        {
             return diagnosis;
         }
     }
@@ -246,10 +248,21 @@ fn estimated(
             simplify(regression, outcome);
             continue;
         }
-        if !drop_effect(regression, outcome, effect) {
+        if !put_dry_friction(regression, outcome, (&refined, effect))
+            && !drop_effect(regression, outcome, effect)
+        {
             return refined;
         }
     }
+}
+
+/// A curve that says nothing where joints are fast may hide dry friction that says something. Tells whether that was put.
+fn put_dry_friction(
+    regression: &Regression<'_>,
+    outcome: &mut Outcome,
+    (refined, k): (&Refined, usize),
+) -> bool {
+    refined.effects[k].kind == &kinds::STRIBECK_FRICTION && put_dry(regression, outcome, k)
 }
 
 /// Takes the `k`-th effect out of what a search found; tells whether the others can be fitted without it.

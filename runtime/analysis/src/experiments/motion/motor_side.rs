@@ -3,6 +3,7 @@ use super::experiment::MotionExperiment;
 use super::hidden_link::Link;
 use super::hidden_links::Links;
 use super::hidden_play::Play;
+use super::under_effects::Inertials;
 use crate::robot::Trajectory;
 use crate::signal::Butterworth;
 use bipedc_effects::effect::{Effect, Law};
@@ -125,31 +126,37 @@ impl MotionExperiment<'_> {
         hidden.sort_by_key(|link| link.gap > 0.0);
         let springs = hidden.iter().filter(|link| link.gap == 0.0).count();
         let (together, alone) = hidden.split_at_mut(if springs > 1 { springs } else { 0 });
+        // What is carried moves with the links; the first time these are where their motors are.
+        let carries = change.iter().any(|change| *change != 0.0);
+        let mut inertial = None;
         for _ in 0..ROUNDS {
+            let carried = (&change[..], inertial.as_ref());
             if !together.is_empty() {
-                self.move_links(together, effects, (&mut states, &load), &change);
+                self.move_links(together, effects, (&mut states, &load), carried);
             }
             for link in alone.iter_mut() {
-                self.move_link(link, effects, (&mut states, &load), &change);
+                self.move_link(link, effects, (&mut states, &load), carried);
             }
             load = needed(&states);
+            inertial = carries.then(|| self.inertial_at(effects, &states));
         }
         (load, states)
     }
 
-    /// Puts links that shake each other where their motors and springs leave them.
+    /// Puts links that shake each other where their motors and springs leave them. `inertial`: how changes of inertial parameters enter torques where links
+    /// are; `None` where they are as logged.
     fn move_links(
         &self,
         links: &mut [Hidden],
         effects: &[Effect],
         (states, load): (&mut Trajectory, &[f64]),
-        change: &[f64],
+        (change, inertial): (&[f64], Option<&Inertials>),
     ) {
         let inertia = self.inertia_among(links);
         let resistance: Vec<&[[f64; 2]]> = links.iter().map(|link| self.resistance(link.joint)).collect();
         let [mut loads, mut measured] = [const { Vec::new() }; 2];
         for (j, link) in links.iter().enumerate() {
-            let rigid = self.rigid_torques(load, link.joint, change, None);
+            let rigid = self.rigid_torques(load, link.joint, change, inertial);
             let carried = self.link_torques(link.joint, &rigid, effects, states);
             let left = self.effort_residual(link.joint, &rigid, effects, states);
             measured.push(left.iter().zip(&carried).map(|(left, load)| left + load).collect::<Vec<f64>>());
@@ -181,10 +188,10 @@ impl MotionExperiment<'_> {
         link: &mut Hidden,
         effects: &[Effect],
         (states, load): (&mut Trajectory, &[f64]),
-        change: &[f64],
+        (change, inertial): (&[f64], Option<&Inertials>),
     ) {
         let joint = link.joint;
-        let rigid = self.rigid_torques(load, joint, change, None);
+        let rigid = self.rigid_torques(load, joint, change, inertial);
         let carried = self.link_torques(joint, &rigid, effects, states);
         let resistance = self.resistance(joint);
         let with_motor = |((load, [e, _, a]), [inertia, slope]): ((&f64, &[f64; 3]), &[f64; 2])| {

@@ -55,7 +55,7 @@ impl MotionExperiment<'_> {
             links.iter().for_each(|link| link.add_to(&mut states));
             let load = less(self.rigid.inverse_dynamics(&states.q, &states.v, &states.a), &forces(&links));
             for link in links.iter_mut().filter(|link| link.gap > 0.0) {
-                self.move_link(link, effects, (&mut states, &load), &change);
+                self.move_link(link, effects, (&mut states, &load), (&change, None));
             }
         }
         links

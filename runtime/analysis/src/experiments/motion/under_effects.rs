@@ -52,28 +52,38 @@ impl MotionExperiment<'_> {
         (load, (is_turned || !ground.behind.is_empty()).then_some(states))
     }
 
-    /// How the inertial parameters of the links that effects change enter torques where effects turn joints or the base; `None` where none
-    /// does, or where links move behind their motors as well: by so little that what they carry is not another.
+    /// How the inertial parameters of the links that effects change enter torques where effects turn joints or the base, or links move behind their
+    /// motors: what they carry moves with them. `None` where nothing does.
     fn inertial_under(
         &self,
         effects: &[Effect],
         turned: &Turned,
         ground: Option<&OnGround>,
     ) -> Option<Arc<Inertials>> {
+        let states = turned.1.as_ref()?;
         let is_behind =
-            || ground.map_or_else(|| !self.hidden(effects).is_empty(), |ground| !ground.behind.is_empty());
-        let states = turned.1.as_ref().filter(|_| !is_behind())?;
-        let body =
-            |effect: &Effect| self.link_inertias.link(effect.location.link.as_deref()?).map(|link| link.body);
-        let bodies: BTreeSet<usize> = effects.iter().filter_map(body).collect();
-        // Which link an effect changes matters here, and not by how much.
+            ground.map_or_else(|| !self.hidden(effects).is_empty(), |ground| !ground.behind.is_empty());
+        let body = |effect: &Effect| self.body_of(effect);
+        // Which link an effect changes matters here, and not by how much, unless links move by what they carry.
         let at = |effect: &Effect| match body(effect) {
-            Some(_) => Effect { parameters: BTreeMap::new(), ..effect.clone() },
-            None => effect.clone(),
+            Some(_) if !is_behind => Effect { parameters: BTreeMap::new(), ..effect.clone() },
+            _ => effect.clone(),
         };
-        let key: Vec<Effect> = effects.iter().filter(|e| turns(e) || body(e).is_some()).map(at).collect();
-        let made = || self.inertial_columns(states, states, &|column| bodies.contains(&body_of(column)));
+        let matters = |effect: &&Effect| is_behind || turns(effect) || body(effect).is_some();
+        let key: Vec<Effect> = effects.iter().filter(matters).map(at).collect();
+        let made = || self.inertial_at(effects, states);
         Some(self.turned_inertial.of(&key, |_| true, made))
+    }
+
+    /// The body whose inertial parameters an effect changes.
+    fn body_of(&self, effect: &Effect) -> Option<usize> {
+        self.link_inertias.link(effect.location.link.as_deref()?).map(|link| link.body)
+    }
+
+    /// How the inertial parameters of the links that effects change enter torques at these states.
+    pub(super) fn inertial_at(&self, effects: &[Effect], states: &Trajectory) -> Inertials {
+        let bodies: BTreeSet<usize> = effects.iter().filter_map(|effect| self.body_of(effect)).collect();
+        self.inertial_columns(states, states, &|column| bodies.contains(&body_of(column)))
     }
 
     /// What the rigid model needs beside forces of the ground.
