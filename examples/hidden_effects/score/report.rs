@@ -157,6 +157,20 @@ fn summary(scores: &[Scored]) -> Vec<String> {
             lines.push(format!("{words}: {}", count(&own, |s| s.right)));
         }
     }
+    let no_outsider = |score: &&Scored| score.group != Some(Group::Outside);
+    let doubted: Vec<&str> = scores
+        .iter()
+        .filter(no_outsider)
+        .filter(|score| score.unexplained.is_some() && score.right)
+        .map(|score| score.name.as_str())
+        .collect();
+    lines.push(format!(
+        "right answers beside which something is called unexplained though nothing else is hidden (wanted: none): {} of {}{}{}",
+        doubted.len(),
+        scores.iter().filter(no_outsider).count(),
+        if doubted.is_empty() { "" } else { ": " },
+        doubted.join(", ")
+    ));
     let spurious: usize = scores.iter().map(|score| score.spurious).sum();
     let per_case = spurious as f64 / scores.len().max(1) as f64;
     lines.push(format!(

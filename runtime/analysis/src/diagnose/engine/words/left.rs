@@ -1,6 +1,7 @@
 //! What effects leave, in sentences: where, how much, what it goes with, and in what nothing is missing.
 use super::text::short;
 use crate::diagnose::engine::search::late::later;
+use crate::diagnose::error_fall::LEFT;
 use crate::diagnose::{Diagnosis, ErrorFall, Scope, Seen, Unexplained};
 use crate::experiments::Channel;
 use crate::experiments::signals::RATE_OF_LOAD;
@@ -110,7 +111,21 @@ pub(super) fn what_is_left(d: &Diagnosis) -> String {
 
 /// The last sentence where all is explained.
 fn nothing_else(d: &Diagnosis) -> String {
-    format!("Nothing else is missing in {}.", looked_at(d))
+    format!("Nothing else is missing in {}.{}", looked_at(d), taken_off(d))
+}
+
+/// The row that is above its noise behind this filter and not behind a faster one, or behind two alike.
+pub(super) fn taken_off(d: &Diagnosis) -> String {
+    let above = |fall: &ErrorFall| (fall.noise > 0.0).then(|| fall.told_here() / fall.noise);
+    let is_settled = |fall: &ErrorFall| fall.behind_both.is_some() || fall.gone_at_hz.is_some();
+    let rows = d.rows.iter().filter(|(_, fall)| is_settled(fall) && fall.above_noise().is_none());
+    let loud = rows.filter_map(|(row, fall)| Some((row, fall, above(fall).filter(|times| *times > LEFT)?)));
+    let Some((row, fall, times)) = loud.max_by(|a, b| a.2.total_cmp(&b.2)) else { return String::new() };
+    format!(
+        " Behind this filter {row} is missed by {} {}, {times:.1} times the noise: fast motion that the filter takes off; it is not left behind a faster one as well.",
+        short(fall.told_here()),
+        fall.unit
+    )
 }
 
 /// The last sentence where all is explained but for what is left around jumps: what acts there alone would hide.

@@ -1,5 +1,5 @@
 //! A diagnosis as sentences.
-use super::left::{at_jumps, looked_at, loudest, seen, training_only, what_is_left};
+use super::left::{at_jumps, looked_at, loudest, seen, taken_off, training_only, what_is_left};
 use super::sentence::sentence;
 use super::told_apart::alike;
 use crate::diagnose::engine::search::late::{later, reported_late};
@@ -77,12 +77,13 @@ pub fn summary(d: &Diagnosis) -> String {
             (Some(_), _) => described(d) + &what_is_left(d),
             (None, Some(said)) => described(d) + &said,
             (None, None) => format!(
-                "{}Nothing {}is missing in {}: the held-out error of {} {unit} is what {}.",
+                "{}Nothing {}is missing in {}: the held-out error of {} {unit} is what {}.{}",
                 described(d),
                 if d.described.is_empty() { "" } else { "else " },
                 looked_at(d),
                 short(d.rms_after),
-                left_by(d)
+                left_by(d),
+                taken_off(d)
             ),
         };
     }
@@ -264,6 +265,15 @@ mod tests {
         );
         found.rows.get_mut("knee").unwrap().after_moving = Some(0.06);
         assert!(summary(&found).starts_with("Nothing is missing in effort: "));
+        // What a faster filter does not leave is told beside that nothing is missing.
+        let fall = found.rows.get_mut("knee").unwrap();
+        (fall.away_from_jumps, fall.gone_at_hz) = (Some(0.1), Some(20.0));
+        let said = summary(&found);
+        assert!(said.starts_with("Nothing is missing in effort: "), "{said}");
+        assert!(
+            said.contains("Behind this filter knee is missed by 0.1000 N m, 2.0 times the noise: fast"),
+            "{said}"
+        );
     }
 
     /// Six of twelve joints had no position: nothing was said to be missing in all efforts.
