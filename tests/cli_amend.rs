@@ -233,6 +233,23 @@ fn a_diagnosis_is_taken_with_its_errors() {
     assert!(paths == 3 && svg.contains("Coulomb friction at left_knee_pitch"), "{svg}");
 }
 
+/// Before: an answer with which the error of another kind of rows rose by 29 % was written without a word.
+#[test]
+fn errors_that_rise_with_what_is_written_are_warned_of() {
+    let folder = robot("amend_risen");
+    let file = diagnosis(&folder);
+    let mut value: Value = serde_json::from_slice(&std::fs::read(&file).unwrap()).unwrap();
+    let amend = |value: &Value| {
+        std::fs::write(&file, value.to_string()).unwrap();
+        bipedc(&["amend", text(&folder), "--from", text(&file), "--dry-run"]).ok().err.clone()
+    };
+    assert!(!amend(&value).contains("rises"));
+    value["rms"]["base_moment"] = json!({"unit": "N m", "before": 1.833, "after": 2.365, "noise": 1.5465});
+    let warned = amend(&value);
+    let words = "with what is written the held-out error of the base moment rises from 1.833 to 2.365 N m";
+    assert!(warned.contains(words) && warned.contains("--undo"), "{warned}");
+}
+
 /// What was fitted beside the effects is written with them, and added to what stands; of a selection only on request.
 #[test]
 fn corrections_of_inertias_are_written_and_add_up() {

@@ -243,7 +243,9 @@ fn everything_measured_is_compared() {
     let null = compare("null");
     for row in null["where"].as_array().unwrap() {
         assert_eq!(row["signature"].as_array().unwrap().len(), 0, "{row}");
-        assert!(row["noise"].as_f64().unwrap() > 0.0);
+        // Efforts of these joints have a noise of 0.05, 0.03 or 0.02 N m.
+        let noise = row["noise"].as_f64().unwrap();
+        assert!([0.05, 0.03, 0.02].iter().any(|truth| (noise / truth - 1.0).abs() < 0.07), "{row}");
     }
 }
 

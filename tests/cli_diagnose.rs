@@ -40,7 +40,10 @@ fn assert_effect(found: &Value) {
     let effect = object(found);
     assert!(effect["kind"].is_string(), "{found}");
     assert!(effect["parameters"].as_object().is_some_and(|p| p.values().all(Value::is_number)), "{found}");
-    assert!(effect["ci95"].is_object() && effect["share"].is_number(), "{found}");
+    assert!(
+        effect["ci95"].is_object() && effect["share"].as_f64().is_some_and(|s| (0.0..=1.0).contains(&s)),
+        "{found}"
+    );
     for (name, interval) in object(&effect["ci95"]) {
         let value = effect["parameters"][name].as_f64().unwrap();
         let [low, high] = [0, 1].map(|k| interval[k].as_f64().unwrap());

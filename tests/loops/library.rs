@@ -11,6 +11,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
 const TRAIN: &str = "tests/data/examples/coulomb/train.csv.gz";
@@ -104,17 +105,28 @@ fn what_is_amended_in_memory_is_what_is_amended_on_disk() {
 }
 
 #[derive(Default)]
-struct Heard(Mutex<Vec<String>>);
+struct Heard {
+    stages: Mutex<Vec<String>>,
+    /// Of every open stage, the innermost last: the part that is done.
+    parts: Mutex<Vec<f64>>,
+    advances: AtomicUsize,
+}
 
 impl Progress for Heard {
     fn begin(&self, stage: &str, _counted: bool) {
-        self.0.lock().unwrap().push(format!("+{stage}"));
+        self.stages.lock().unwrap().push(format!("+{stage}"));
+        self.parts.lock().unwrap().push(0.0);
     }
     fn advance(&self, part: f64) {
-        assert!((0.0..=1.0).contains(&part));
+        let mut parts = self.parts.lock().unwrap();
+        let last = parts.last_mut().unwrap();
+        assert!((*last..=1.0).contains(&part), "back from {last} to {part}");
+        *last = part;
+        self.advances.fetch_add(1, Ordering::Relaxed);
     }
     fn end(&self) {
-        self.0.lock().unwrap().push("-".to_owned());
+        self.stages.lock().unwrap().push("-".to_owned());
+        self.parts.lock().unwrap().pop().unwrap();
     }
 }
 
@@ -129,7 +141,9 @@ fn errors_name_their_place_and_progress_is_told() {
     let stages = ["deriving", "reading and comparing", "looking where joints stick"];
     let expected: Vec<String> =
         stages.iter().flat_map(|stage| [format!("+{stage}"), "-".to_owned()]).collect();
-    assert_eq!(*heard.0.lock().unwrap(), expected);
+    assert_eq!(*heard.stages.lock().unwrap(), expected);
+    bench.diagnose(&bench.log(TRAIN).unwrap(), Some(&bench.log(JUDGE).unwrap())).unwrap();
+    assert!(heard.advances.load(Ordering::Relaxed) > 2 && heard.parts.lock().unwrap().is_empty());
 }
 
 /// What the command's arguments never are, the library's options may be.
