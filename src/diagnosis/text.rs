@@ -110,9 +110,13 @@ fn correction_rows(found: &FoundEffect) -> Vec<Vec<String>> {
 
 fn effect_rows(found: &FoundEffect) -> Vec<Vec<String>> {
     let effect = &found.effect;
+    // What the data do not tell and the effect does not have is no parameter of it.
+    let has =
+        |(name, [low, high]): &(&String, &[f64; 2])| (high - low).is_finite() || effect.value(name) != 0.0;
     found
         .ci95
         .iter()
+        .filter(has)
         .enumerate()
         .map(|(k, (name, [low, high]))| {
             let first = |text: String| if k == 0 { text } else { String::new() };

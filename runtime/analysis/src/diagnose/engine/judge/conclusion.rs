@@ -307,11 +307,11 @@ fn doubts(effect: &Effect, widths: &[(String, f64)], reach: Reach) -> Vec<String
                 short(high)
             ));
         }
-        if let Some((_, half)) = widths.iter().find(|(name, _)| name == parameter.name)
-            && !half.is_finite()
-        {
-            doubts.push(format!("this data does not determine {}", parameter.name));
-        }
+    }
+    let told = |name: &str| widths.iter().find(|(of, _)| of == name).is_none_or(|(_, half)| half.is_finite());
+    let untold: Vec<&str> = effect.kind.estimated().map(|p| p.name).filter(|name| !told(name)).collect();
+    if !untold.is_empty() {
+        doubts.push(format!("this data does not determine {}", untold.join(", ")));
     }
     doubts
 }
