@@ -246,10 +246,10 @@ fn reversals(experiment: &dyn Experiment, row: usize, effects: &[Effect], reache
     let what = &experiment.rows()[row];
     let joint = what.joint.as_deref().filter(|_| what.channel == Channel::Effort);
     // Friction that turns about jumps, and so does the acceleration, which is known as smooth as the filter made it.
-    let beside = |of: fn(&Effect) -> bool, reaches: &[usize]| {
+    let within = |of: fn(&Effect) -> bool, reaches: &[usize], width_of: fn(&Effect) -> f64| {
         let mut slow: Vec<bool> = Vec::new();
         for effect in effects.iter().filter(|effect| joint.is_some() && rubs(effect, joint) && of(effect)) {
-            let width = WIDTHS * effect.value(SMOOTHING);
+            let width = WIDTHS * width_of(effect);
             let Some(speed) = rubbing_speed(experiment, row, effect).filter(|_| width > 0.0) else {
                 continue;
             };
@@ -261,11 +261,26 @@ fn reversals(experiment: &dyn Experiment, row: usize, effects: &[Effect], reache
         }
         enough_beside(&slow, experiment.sticks(row), (experiment.smeared(), reaches))
     };
+    // However sharp the sign is, the filter knows as little of a joint that leaves its rest; one that is hardly ever faster has nothing else.
+    let beside = |of: fn(&Effect) -> bool, reaches: &[usize]| {
+        let usual = within(of, reaches, usual_width);
+        if usual.reach.is_some() { usual } else { within(of, reaches, |effect| effect.value(SMOOTHING)) }
+    };
     let own = beside(|effect| !is_coupling(effect), reaches);
     // Two joints turn about more often than one: what rings farther away costs less than the samples there.
     let coupled = beside(is_coupling, &REACHES[2..]);
     let reach = own.reach.or(coupled.reach);
     Corners { reach, ..own.beside(coupled.left_out) }
+}
+
+/// The width of an effect's sign, or the usual one of its kind where that is larger; of slides it is their own.
+fn usual_width(effect: &Effect) -> f64 {
+    if effect.sliding {
+        return effect.value(SMOOTHING);
+    }
+    let mut unstated = effect.clone();
+    unstated.parameters.remove(SMOOTHING);
+    effect.value(SMOOTHING).max(unstated.value(SMOOTHING))
 }
 
 /// Flags, and as many around them as leave enough others: `reaches` times so many samples, the farthest first, else none

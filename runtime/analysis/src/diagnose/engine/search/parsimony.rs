@@ -224,7 +224,7 @@ fn likeliest_links(regression: &Regression<'_>, outcome: &mut Outcome) {
         let removed = bare.cost
             - regression.complexity_penalty(&fewer)
             - (outcome.scored.cost - regression.complexity_penalty(&outcome.active));
-        let here = outcome.scored.clone();
+        let (here, active) = (outcome.scored.clone(), outcome.active.clone());
         let kind = form.kind;
         for c in 0..regression.candidates.len() {
             let Some(other) = regression.carrier(c).filter(|m| *m > mass) else { continue };
@@ -237,8 +237,10 @@ fn likeliest_links(regression: &Regression<'_>, outcome: &mut Outcome) {
             let Some(scored) = regression.scored_fit(&set, outcome.corrected) else { continue };
             let whole = |active: &[usize], t: &ScoredFit| regression.whole_cost(active, t);
             let more = (scored.cost - here.cost).max(whole(&set, &scored) - whole(&outcome.active, &here));
-            let as_well =
-                more <= CHANCE || (more <= ALIKE * removed && rows_alike(regression, &here, &scored));
+            let chance = || regression.scatter(&here, &active, &scored, &set);
+            let as_well = more <= CHANCE
+                || (more <= ALIKE * removed && rows_alike(regression, &here, &scored))
+                || (more <= SCATTER * removed && more <= chance());
             if as_well && regression.impossible(&set, &scored).is_none() {
                 (outcome.active, outcome.scored, mass) = (set, scored, other);
             }
