@@ -1,6 +1,7 @@
 //! A robot that stands: what the ground does and nobody logs (its horizontal forces where the corners of soles tell the normal ones alone, and all of them where
 //! the log does not say that the robot stands), and noise of where its base is.
 use crate::cli::{bipedc, scratch, text};
+use bipedc_effects::random::Random;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -152,4 +153,57 @@ fn noise_of_encoders_asks_for_no_faster_filter() {
     }
     let [before, after] = ["before", "after"].map(|key| answer["rms"]["base_moment"][key].as_f64().unwrap());
     assert!(after < 0.5 * before, "{before} {after}");
+}
+
+/// A log with noise that remembers, in its forces and efforts; with a gap near its beginning, if one is wanted.
+fn remembering(log: &Path, name: &str, gap: bool) -> PathBuf {
+    const KEEPS: f64 = 0.7;
+    let all = std::fs::read_to_string(log).unwrap();
+    let mut lines = all.lines();
+    let header = lines.next().unwrap();
+    let size = |name: &str| match name {
+        _ if name.ends_with("/effort") => 0.02,
+        _ if name.contains("/force/") => 0.3,
+        _ if name.contains("/moment/") => 0.01,
+        _ => 0.0,
+    };
+    let sizes: Vec<f64> = header.split(',').map(size).collect();
+    let (mut random, mut noise) = (Random::new(7), vec![0.0; sizes.len()]);
+    let mut told = vec![header.to_owned()];
+    for line in lines {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        for ((cell, size), noise) in cells.iter_mut().zip(&sizes).zip(&mut noise) {
+            *noise = KEEPS * *noise + (1.0 - KEEPS * KEEPS).sqrt() * random.normal();
+            if *size > 0.0 {
+                *cell = (cell.parse::<f64>().unwrap() + size * *noise).to_string();
+            }
+        }
+        let time: f64 = cells[0].parse().unwrap();
+        if !gap || !(1.5..1.9).contains(&time) {
+            told.push(cells.join(","));
+        }
+    }
+    let path = log.with_file_name(name);
+    std::fs::write(&path, told.join("\n")).unwrap();
+    path
+}
+
+/// Before: what is before the first gap alone told the noise, a fifth of it, and seven rows of a faultless log were unexplained.
+#[test]
+fn a_gap_hides_no_noise() {
+    let [log, _] = logs(&scratch("noise-and-gap"), "");
+    for (name, gap) in [("whole.csv", false), ("cut.csv", true)] {
+        let log = remembering(&log, name, gap);
+        let answer = bipedc(&["compare", TULIP, text(&log), "--cutoff", "5", "--json"]).ok().json();
+        let rows = answer["channels"].as_array().unwrap().iter().filter(|row| row["kind"] != "sole");
+        let times: Vec<f64> = rows
+            .map(|row| {
+                let [rms, noise] = ["rms", "noise"].map(|key| row[key].as_f64().unwrap());
+                rms / noise
+            })
+            .collect();
+        let most = times.iter().fold(0.0_f64, |most, times| most.max(*times));
+        // The noise itself is told within a third or so by ten seconds.
+        assert!(times.len() >= 18 && most < 1.6, "{name}: {times:?}");
+    }
 }

@@ -10,7 +10,7 @@ const MORE: f64 = 1.12;
 /// and its power there is at most so many times that in the upper one: noise of the first order falls by 2.5, motions and jolts by much more.
 const STEEPEST: f64 = 3.0;
 /// The fewest independent values of a band.
-const FEWEST: f64 = 100.0;
+const FEWEST: f64 = 40.0;
 /// Three standard deviations of a variance that is told by a median, times the root of the number of independent values.
 const SCATTER: f64 = 5.0;
 /// Noise of one size is as large by its larger values as by its smaller ones, within this factor.

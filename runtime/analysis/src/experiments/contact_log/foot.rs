@@ -23,8 +23,9 @@ pub(super) struct FootRecord {
     pub is_logged: bool,
     /// `samples × SIGNALS`.
     pub signals: Vec<[f64; SIGNALS]>,
-    /// Noise of the raw signals.
+    /// Noise of the raw signals, as the longest stretch without a gap tells it, and how many samples that has.
     pub noise: [f64; SIGNALS],
+    pub heard: usize,
     /// Corner forces along the sole's normal by corner, if all are logged; N.
     pub corners: Vec<Vec<f64>>,
     /// Largest raw reading near each sample, whole foot (z) first, then by corner; N.
@@ -40,7 +41,8 @@ impl FootRecord {
         at: &[usize],
     ) -> Result<(), Unusable> {
         let raw = self.raw(block, foot);
-        if self.signals.is_empty() {
+        if block.time.len() > self.heard {
+            self.heard = block.time.len();
             self.noise = std::array::from_fn(|k| passing.noise(block, &raw[k]));
         }
         self.signals.extend(self.filtered(passing, passing.filter, block, foot, at)?);

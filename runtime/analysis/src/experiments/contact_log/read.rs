@@ -126,13 +126,16 @@ impl ContactRecording {
         let columns = passing.columns;
         let mut heard = Heard { raw: Vec::new(), accelerations: AccelerationNoise::new(&columns.plan) };
         let mut removed: Vec<Removed> = columns.feet.iter().map(|_| Removed::default()).collect();
+        let mut longest = 0;
         while let Some(block) = blocks.next_block()? {
             if block.time.len() < SHORTEST {
                 continue;
             }
             let own = with_quaternion(columns, &block);
             let block = Block { columns: own.as_deref().unwrap_or(block.columns), ..block };
-            if heard.raw.is_empty() {
+            // What remembers is heard where it has the time: a gap may be near the beginning.
+            if block.time.len() > longest {
+                longest = block.time.len();
                 heard.raw = block.columns.iter().map(|c| white_noise(c)).collect();
                 for effort in columns.plan.joints.iter().filter_map(|joint| joint.effort) {
                     heard.raw[effort] = passing.noise(&block, &block.columns[effort]);
