@@ -121,8 +121,8 @@ pub struct Identify {
     /// encoders are noisy]
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     row_cutoff: Option<f64>,
-    /// Samples at which a joint is slower than this part of its largest speed do not count for it, per cent [default: 0;
-    /// motors of --method elastic: 3]
+    /// Samples at which a joint is slower than this part of its largest speed do not count for it, per cent [default: 10 of joints
+    /// with dry friction, or a quarter of the usual speed; motors of --method elastic: 3]
     #[arg(long, value_name = "PERCENT", allow_negative_numbers = true)]
     slow: Option<f64>,
     /// Motors first, then bodies, or one regression for both (--method elastic)

@@ -71,8 +71,8 @@ pub struct Options {
     /// Cut-off of the low-pass over regressor and torque where samples are not decimated, Hz; by default as slow as the encoders' noise
     /// asks for and the motion allows.
     pub rows_hz: Option<f64>,
-    /// Samples at which a joint is slower than this part of its largest speed do not count for it; by default 0, for motors of
-    /// elastic drives 0.03.
+    /// Samples at which a joint is slower than this part of its largest speed do not count for it; by default 0.1 of joints with dry friction (0.25 of the
+    /// usual speed if that is less), for motors of elastic drives 0.03.
     pub slow: Option<f64>,
     /// Motors first, then bodies, or one regression for both ([`Method::Elastic`]).
     pub steps: elastic::Steps,
@@ -196,7 +196,7 @@ impl Options {
             },
             decimate: self.decimate,
             rows_hz: self.rows_hz,
-            slow: self.slow.unwrap_or(0.0),
+            slow: self.slow,
             weight: self.weight,
             bounds: self.all_bounds(),
             pictures: self.report,

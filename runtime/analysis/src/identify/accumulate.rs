@@ -22,10 +22,11 @@ pub struct Settings {
     pub decimate: usize,
     /// Cut-off of the low-pass that regressor and torque pass together, Hz, where they are not decimated; none: they pass none.
     pub rows_hz: Option<f64>,
-    /// Samples at which a joint is slower than this part of its largest speed do not count for it: friction is not
-    /// dry friction while it turns round.
-    pub slow: f64,
-    /// Largest speed of each joint, rad/s, for `slow`.
+    /// Samples at which a joint is slower than this (rad/s, m/s) do not count for it: friction is not dry friction while it turns round.
+    pub slow: Vec<f64>,
+    /// Only of joints with dry friction.
+    pub slow_if_dry: bool,
+    /// Largest speed of each joint, rad/s.
     pub speed: Vec<f64>,
     /// Threads.
     pub threads: usize,
@@ -246,8 +247,14 @@ struct Piece<'a> {
 
 impl<'a> Piece<'a> {
     fn new(design: &'a Design<'a>) -> Self {
-        const NONE: &Settings =
-            &Settings { decimate: 0, rows_hz: None, slow: 0.0, speed: Vec::new(), threads: 1 };
+        const NONE: &Settings = &Settings {
+            decimate: 0,
+            rows_hz: None,
+            slow: Vec::new(),
+            slow_if_dry: false,
+            speed: Vec::new(),
+            threads: 1,
+        };
         Self {
             design,
             settings: NONE,
@@ -292,9 +299,9 @@ impl<'a> Piece<'a> {
             if let Some(filter) = filter {
                 columns = columns.chunks_exact(range.len()).flat_map(|c| filter.column(c)).collect();
             }
-            let slow = channel
-                .joint
-                .map_or(0.0, |j| self.settings.slow * self.settings.speed.get(j).unwrap_or(&0.0));
+            let is_judged = !self.settings.slow_if_dry || design.directions_of(index).next().is_some();
+            let slow = channel.joint.filter(|_| is_judged);
+            let slow = slow.and_then(|j| self.settings.slow.get(j).copied()).unwrap_or(0.0);
             let speed = match channel.joint {
                 Some(j) if slow > 0.0 => {
                     kept(recording.trajectory.velocities(j).skip(range.start).take(range.len()).collect())

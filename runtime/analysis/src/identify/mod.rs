@@ -9,6 +9,7 @@
 mod accumulate;
 pub mod cop;
 mod design;
+mod dry_friction;
 pub mod elastic;
 mod essential;
 mod estimate;

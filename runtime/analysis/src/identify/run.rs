@@ -1,6 +1,7 @@
 //! All steps of identification in their order.
 use super::accumulate::{Settings, Sums, Weighting, accumulate, fold_table};
 use super::design::{BatchRegressor, Design};
+use super::dry_friction::{slow, uncertain_friction};
 use super::essential::essential;
 use super::estimate::{Estimate, Fit, Method};
 use super::motions::Motions;
@@ -99,8 +100,9 @@ pub struct Options {
     pub decimate: usize,
     /// Cut-off of the low-pass over regressor and torque of logs that are not decimated, Hz; none: as the noise asks for.
     pub rows_hz: Option<f64>,
-    /// Part of a joint's largest speed below which its samples do not count.
-    pub slow: f64,
+    /// Part of a joint's largest speed below which its samples do not count; none: a tenth, or a quarter of its usual speed if that is less, of joints
+    /// with dry friction.
+    pub slow: Option<f64>,
     /// Weight of CAD; none: chosen by folds.
     pub weight: Option<f64>,
     /// What is known beside the data.
@@ -147,6 +149,7 @@ pub fn identify(
     if let Feed::Logs(_) = feed {
         let effect = noise_effect(parts, (&design, &sums, &settings), &estimate, &fit.theta);
         fit.widen(effect.moved, effect.untold);
+        uncertain_friction(parts, &design, &mut fit);
     }
     let folds = motions.folds();
     let essential = essential(&estimate, &design, &raw, &folds);
@@ -201,7 +204,8 @@ fn settings(
     Settings {
         decimate: options.decimate,
         rows_hz: if are_read { options.rows_hz.or_else(chosen) } else { None },
-        slow: options.slow,
+        slow: slow(parts, options.slow),
+        slow_if_dry: options.slow.is_none(),
         speed: fastest(parts),
         threads: std::thread::available_parallelism().map_or(1, usize::from).min(8),
     }
@@ -268,7 +272,7 @@ fn design<'a>(parts: &RobotAndLogs<'a>, feed: &Feed<'_>, options: &Options) -> D
     Design::new(parts.layout, parts.base, parts.regressor, extras, parts.rows)
 }
 
-fn fastest(parts: &RobotAndLogs<'_>) -> Vec<f64> {
+pub(super) fn fastest(parts: &RobotAndLogs<'_>) -> Vec<f64> {
     let speed = |joint| parts.surveys.iter().map(|s| s.speed[joint]).fold(0.0, f64::max);
     (0..parts.layout.joints.len()).map(speed).collect()
 }

@@ -17,6 +17,8 @@ pub struct Survey {
     pub motion: JointPositions,
     /// Largest speed of each joint, rad/s.
     pub speed: Vec<f64>,
+    /// Sum of the squares of its speeds, rad²/s², over all samples.
+    pub squares: Vec<f64>,
     /// Whether each joint's effort was measured.
     pub effort: Vec<bool>,
     /// Whether no position of it was.
@@ -46,7 +48,7 @@ pub struct Survey {
 pub fn survey(reading: &Reading<'_>, layout: &JointLayout) -> Result<Survey, Diagnostics> {
     let joints = layout.joints.len();
     let bv = layout.base.nv();
-    let mut found = Survey { speed: vec![0.0; joints], ..Survey::default() };
+    let mut found = Survey { speed: vec![0.0; joints], squares: vec![0.0; joints], ..Survey::default() };
     found.motion.positions = vec![Vec::new(); joints];
     let mut visit = |recording: &mut Recording| {
         if recording.samples() >= AccelerationSpectrum::stretch(recording.step) {
@@ -74,8 +76,9 @@ impl Survey {
         self.samples += recording.samples();
         for (i, &time) in recording.time.iter().enumerate() {
             let [q, v] = recording.trajectory.joints_at(i);
-            for (most, v) in self.speed.iter_mut().zip(v) {
+            for ((most, squares), v) in self.speed.iter_mut().zip(&mut self.squares).zip(v) {
                 *most = most.max(v.abs());
+                *squares += v * v;
             }
             if self.motion.time.last().is_none_or(|last| time - last >= 0.999 * GRID) {
                 self.motion.push(time, q);
@@ -94,6 +97,7 @@ impl Survey {
         steps.sort_by(f64::total_cmp);
         Self {
             speed: vec![0.0; joints],
+            squares: vec![0.0; joints],
             effort: vec![false; joints],
             base: true,
             samples: experiment.time().len(),

@@ -52,6 +52,8 @@ impl Bodies<'_, '_> {
             extras: self.extras.clone(),
             weight: options.weight,
             bounds: options.bounds.clone(),
+            // What is folded already went through the drives' own.
+            slow: Some(0.0),
             ..Options::default()
         };
         let IdentificationResult { mut identification, links, .. } =
