@@ -12,7 +12,7 @@ const SAME: f64 = 0.25;
 
 /// Of every torque, what is left with these effects behind the filter of `judge` and behind the faster one of `closer` alike, N m or N: the root of
 /// the mean product of both residuals. What the slower filter takes off the motion is left behind it alone, and noise that only the faster one
-/// lets through behind that alone, so that neither counts. Of the samples that [`errors`](super::errors()) counts; rows without any are left out.
+/// lets through behind that alone, so that neither counts. Of the samples that [`errors`](crate::diagnose::errors()) counts; rows without any are left out.
 pub fn left_alike(
     (judge, closer): (&dyn Experiment, &dyn Experiment),
     effects: &[Effect],
