@@ -128,8 +128,8 @@ impl MotionExperiment<'_> {
         let (together, alone) = hidden.split_at_mut(if springs > 1 { springs } else { 0 });
         // What is carried moves with the links; the first time these are where their motors are.
         let carries = change.iter().any(|change| *change != 0.0);
-        let mut inertial = None;
-        for _ in 0..ROUNDS {
+        for round in 0..ROUNDS {
+            let inertial = (round > 0 && carries).then(|| self.inertial_at(effects, &states));
             let carried = (&change[..], inertial.as_ref());
             if !together.is_empty() {
                 self.move_links(together, effects, (&mut states, &load), carried);
@@ -138,7 +138,6 @@ impl MotionExperiment<'_> {
                 self.move_link(link, effects, (&mut states, &load), carried);
             }
             load = needed(&states);
-            inertial = carries.then(|| self.inertial_at(effects, &states));
         }
         (load, states)
     }
