@@ -2,10 +2,9 @@
 //! Where the mass matrix takes few operations, so do momentum and centre of mass by way of it (Orin, Goswami and Lee 2013, (20)).
 use super::frames::world_poses;
 use super::model::RobotModel;
-use super::momentum::{Wrench, center_of_mass, centroidal_momentum_matrix};
+use super::momentum::{Wrench, center_of_mass, centroidal_momentum_matrix, times_rates};
 use crate::expression::{Matrix3, Sym, Vector3};
 use crate::tree::{JointMotion, Trunk};
-use bipedc_runtime::Argument;
 
 /// Of a robot whose base moves freely, in space or in the plane.
 pub struct BaseRows<'g> {
@@ -98,13 +97,12 @@ impl<'g> BaseRows<'g> {
 
     /// Linear momentum, and angular momentum about the centre of mass, world axes.
     pub fn centroidal_momentum(&self, model: &RobotModel<'g, '_>) -> Wrench<'g> {
-        let _work = model.work_on_all("centroidal momentum");
-        let zero = model.zero3();
-        let sum = self.columns.iter().enumerate().fold((zero, zero), |sum, (k, column)| {
-            let rate = model.input(Argument::V, k);
-            (sum.0 + column.0.scale(rate), sum.1 + column.1.scale(rate))
+        let sum = times_rates(model, "centroidal momentum", |k| {
+            let (linear, angular) = self.columns[k];
+            Wrench { linear, angular }
         });
-        self.central(sum)
+        let _work = model.work_on_all("centroidal momentum");
+        self.central((sum.linear, sum.angular))
     }
 
     /// Centre of mass in the world, m.

@@ -171,15 +171,33 @@ pub fn centroidal_momentum_matrix<'g>(model: &RobotModel<'g, '_>) -> Vec<Wrench<
 
 /// Momentum from a matrix of its columns.
 pub fn momentum_from_matrix<'g>(model: &RobotModel<'g, '_>, columns: &[Wrench<'g>]) -> Wrench<'g> {
-    let _work = model.work_on_all("centroidal momentum");
+    times_rates(model, "centroidal momentum", |k| columns[k])
+}
+
+/// Sum of columns times elements of `v`, limb by limb from its end on: what limbs of the same make add up is computed for both at once.
+pub fn times_rates<'g>(
+    model: &RobotModel<'g, '_>,
+    quantity: &'static str,
+    column: impl Fn(usize) -> Wrench<'g>,
+) -> Wrench<'g> {
+    let plus =
+        |a: Wrench<'g>, b: Wrench<'g>| Wrench { linear: a.linear + b.linear, angular: a.angular + b.angular };
     let zero = Wrench { linear: model.zero3(), angular: model.zero3() };
-    columns.iter().enumerate().fold(zero, |sum, (k, column)| {
-        let rate = model.input(Argument::V, k);
-        Wrench {
-            linear: sum.linear + column.linear.scale(rate),
-            angular: sum.angular + column.angular.scale(rate),
+    let mut carried = vec![zero; model.tree.bodies.len()];
+    let mut sum = zero;
+    for (index, body) in model.tree.bodies.iter().enumerate().rev() {
+        let _work = model.work(index, quantity);
+        let own = (body.v_index..body.v_index + body.motion.nv()).map(|k| {
+            let (rate, column) = (model.input(Argument::V, k), column(k));
+            Wrench { linear: column.linear.scale(rate), angular: column.angular.scale(rate) }
+        });
+        let all = own.fold(carried[index], plus);
+        match body.parent {
+            Some(parent) => carried[parent] = plus(carried[parent], all),
+            None => sum = plus(sum, all),
         }
-    })
+    }
+    sum
 }
 
 /// Velocity of the centre of mass, m/s.

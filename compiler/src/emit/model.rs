@@ -76,7 +76,7 @@ pub fn model(compiled: &CompiledModel, options: &Options) -> Model {
 /// What statements need that compute two values at once.
 fn twin_imports(functions: &str, text: &mut Text) {
     let used: Vec<&str> =
-        ["both", "two"].into_iter().filter(|name| functions.contains(&format!("{name}("))).collect();
+        ["both", "store", "two"].into_iter().filter(|name| functions.contains(&format!("{name}("))).collect();
     let uses_methods =
         ["first()", "second()", "swapped()", "R::Two::"].iter().any(|what| functions.contains(what));
     let names: Vec<&str> = uses_methods.then_some("Two").into_iter().chain(used).collect();

@@ -116,12 +116,18 @@ pub fn program(model: &CompiledModel, way: &Way<'_>, f: &Function, pairs: &[Opti
     let operands = p.instructions.iter().flat_map(Instruction::operands);
     let reads = Reads::of(operands.chain(p.outputs.iter().copied()).chain(p.angles.iter().copied()));
     let open = head.open_dispatched(p.instructions.len() + 12 * p.angles.len(), "#[inline]", text);
-    reads.name_inputs(&code, text);
+    // What only comes behind the sines is read there: they need the registers of x86-64-v3 for themselves.
+    let before = p.instructions.iter().take(p.angles_ready).flat_map(Instruction::operands);
+    let before = Reads::of(before.chain(p.angles.iter().copied()));
+    before.name_inputs(&code, text);
     code.statements(text, 0..p.angles_ready);
     reads.sines_and_cosines(&code, text);
+    reads.without(&before).name_inputs(&code, text);
     code.statements(text, p.angles_ready..p.instructions.len());
     if at_once {
         others(&code, 0..p.outputs.len(), text)
+    } else if zeros_between(&p.outputs) >= MANY_ZEROS {
+        outputs_by_twos(&code, f, text)
     } else {
         outputs(&code, f, text)
     }
@@ -146,6 +152,45 @@ pub fn storing<'a>(code: Code<'a>, f: &Function) -> Code<'a> {
 pub fn others(code: &Code<'_>, places: impl IntoIterator<Item = usize>, text: &mut Text) {
     let given = places.into_iter().filter(|place| !matches!(code.program.outputs[*place], Operand::Value(_)));
     given.for_each(|place| text.line(&code.store(place)));
+}
+
+/// So many values with a zero beside them are stored together with it.
+const MANY_ZEROS: usize = 3;
+
+/// Of a result in twos from its first element on: those of a value and a zero.
+fn zeros_between(outputs: &[Operand]) -> usize {
+    let zero = |o: &Operand| *o == Operand::Constant(0.0);
+    outputs.chunks_exact(2).filter(|two| zero(&two[0]) != zero(&two[1])).count()
+}
+
+/// `store(out, 4, two(…, …));`, two elements after two: as many stores as values take that long.
+fn outputs_by_twos(code: &Code<'_>, f: &Function, text: &mut Text) {
+    let rows = f.rows.len().max(1);
+    let mut named = None;
+    for (k, pair) in code.program.outputs.chunks(2).enumerate() {
+        let name = f.columns.get(2 * k / rows);
+        if name != named {
+            named = name;
+            name.into_iter()
+                .for_each(|name| text.filled(("// ", "// "), harmless(name).split(' ').map(str::to_owned)));
+        }
+        match pair {
+            [a, b] if a == b => text.line(&format!("store(out, {}, both({}));", 2 * k, code.operand(*a))),
+            [a, b] => {
+                text.line(&format!(
+                    "store(out, {}, two({}, {}));",
+                    2 * k,
+                    code.operand(*a),
+                    code.operand(*b)
+                ));
+            }
+            [last] => {
+                let at = 2 * k;
+                text.line(&format!("out[{}][{}] = {};", at / rows, at % rows, code.operand(*last)));
+            }
+            _ => {}
+        }
+    }
 }
 
 /// `*out = [[…], …];`, a line for each column with its name behind.

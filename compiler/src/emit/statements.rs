@@ -324,6 +324,11 @@ impl Reads {
         reads
     }
 
+    /// The inputs that another stretch does not read.
+    pub fn without(&self, other: &Self) -> Self {
+        Self { inputs: &self.inputs - &other.inputs, ..Self::default() }
+    }
+
     /// The arguments it reads, in the order in which functions take them.
     pub fn arguments(&self) -> impl Iterator<Item = bipedc_runtime::Argument> + '_ {
         let read = |a: &bipedc_runtime::Argument| self.inputs.iter().any(|(argument, _)| argument == a);

@@ -1,7 +1,7 @@
 //! The form of generated code, on which it and this runtime have to agree.
 
 /// Of the code that this runtime goes with; it counts up when code of one form no longer works with the runtime of another.
-pub const FORMAT: u32 = 6;
+pub const FORMAT: u32 = 7;
 
 /// Stops the compilation of code that was generated in another form than this runtime's; generated code holds
 /// `const _: () = require_format(…);`.

@@ -100,6 +100,7 @@ macro_rules! fused {
             const SHIFT: f64 = <$scalar as Element>::SHIFT;
             const PARTS: &'static [f64] = <$scalar as Element>::FUSED_PARTS;
             const FUSED_PARTS: &'static [f64] = <$scalar as Element>::FUSED_PARTS;
+            const COEFFICIENTS: &'static [f64] = <$scalar as Element>::COEFFICIENTS;
             #[inline(always)]
             fn polynomials<V: Kernel>(y: V) -> (V, V) {
                 <$scalar as Element>::polynomials(y)
@@ -138,6 +139,10 @@ impl Two<FusedF64> for FusedF64x2 {
     #[inline(always)]
     fn sqrt(self) -> Self {
         Real::sqrt(self)
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [FusedF64; 2]) {
+        *to = self.to_array();
     }
 }
 

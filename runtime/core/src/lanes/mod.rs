@@ -19,7 +19,7 @@ mod x86;
 #[cfg(all(feature = "dispatch", target_arch = "x86_64", not(target_feature = "fma")))]
 pub use fused::{FusedF32, FusedF64};
 pub use pair::Pair;
-pub use two::{Twice, Two, TwoF64, both, two};
+pub use two::{Twice, Two, TwoF64, both, store, two};
 
 /// The number that `f64` becomes on a processor with fused multiply-add: itself, where there is nothing to choose.
 #[cfg(not(all(feature = "dispatch", target_arch = "x86_64", not(target_feature = "fma"))))]

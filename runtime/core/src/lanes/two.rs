@@ -17,6 +17,11 @@ pub trait Two<R: Real>:
     fn fused(a: Self, b: Self, c: Self) -> Self;
     /// [`Real::sqrt`] of each.
     fn sqrt(self) -> Self;
+    /// Both, one behind the other: one instruction where one register holds them.
+    #[inline(always)]
+    fn store(self, to: &mut [R; 2]) {
+        *to = [self.first(), self.second()];
+    }
     /// The second number first.
     #[inline(always)]
     fn swapped(self) -> Self {
@@ -34,6 +39,18 @@ pub fn two<R: Real>(first: R, second: R) -> R::Two {
 #[inline(always)]
 pub fn both<R: Real>(x: R) -> R::Two {
     two(x, x)
+}
+
+/// Two elements of a result, of which `at` is the first, counted from column to column: one instruction where one register holds them.
+#[inline(always)]
+pub fn store<R: Real, const ROWS: usize, const COLUMNS: usize>(
+    out: &mut [[R; ROWS]; COLUMNS],
+    at: usize,
+    values: R::Two,
+) {
+    if let Some(to) = out.as_flattened_mut().get_mut(at..).and_then(|rest| rest.first_chunk_mut()) {
+        values.store(to);
+    }
 }
 
 /// Where no register holds two: one after the other.
@@ -110,6 +127,10 @@ impl Two<f64> for super::F64x2 {
     #[inline(always)]
     fn sqrt(self) -> Self {
         Real::sqrt(self)
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [f64; 2]) {
+        *to = self.to_array();
     }
 }
 

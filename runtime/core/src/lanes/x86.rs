@@ -9,6 +9,8 @@ use super::arrays;
 #[cfg(all(feature = "dispatch", not(target_feature = "fma")))]
 use super::{FusedF32, FusedF64};
 use crate::Real;
+#[cfg(all(feature = "dispatch", not(target_feature = "fma")))]
+use crate::math::kernel::Element;
 use crate::math::kernel::{Kernel, any};
 
 /// Runs intrinsics. Only here the crate calls them.
@@ -59,7 +61,8 @@ macro_rules! register {
         $set1:ident $add:ident $sub:ident $mul:ident $div:ident $sqrt:ident $fmadd:ident;
         $to_bits:ident $from_bits:ident $set1_bits:ident($int:ty) $and:ident $xor:ident
         $add_bits:ident $sub_bits:ident $shift:ident $top:literal;
-        $limit:path, |$x:ident, $bound:ident| $within:expr
+        $limit:path, |$x:ident, $bound:ident| $within:expr $(;
+        $load:ident of $count:literal)?
     ) => {
         $(#[$doc])*
         #[derive(Clone, Copy)]
@@ -193,9 +196,34 @@ macro_rules! register {
                 }
                 (Self::from_array(sines), Self::from_array(cosines))
             }
+            $(
+                #[inline(always)]
+                fn coefficient(k: usize) -> Self {
+                    static TABLE: Table<[$primitive; $lanes], $count> = {
+                        let mut table = [[0.0; $lanes]; $count];
+                        let mut k = 0;
+                        while k < $count {
+                            table[k] = [<$scalar as Element>::COEFFICIENTS[k] as $primitive; $lanes];
+                            k += 1;
+                        }
+                        Table(table)
+                    };
+                    let mut table = &raw const TABLE;
+                    // SAFETY: no instruction.
+                    unsafe { core::arch::asm!("/* {0} */", inout(reg) table, options(pure, nomem, nostack, preserves_flags)) };
+                    // SAFETY: it still points to the table.
+                    vector!(Self($load((&raw const (*table).0[k]).cast())))
+                }
+            )?
         }
     };
 }
+
+/// Coefficients once for each lane. What multiplies and adds takes them from there as its third operand; where the compiler
+/// can see that they are the same in all lanes, it loads one and spreads it by an instruction more.
+#[cfg(all(feature = "dispatch", not(target_feature = "fma")))]
+#[repr(align(32))]
+struct Table<T, const N: usize>([T; N]);
 
 register! {
     /// Two `f64`.
@@ -285,7 +313,8 @@ register! {
     _mm256_castpd_si256 _mm256_castsi256_pd _mm256_set1_epi64x(i64) _mm256_and_si256 _mm256_xor_si256
     _mm256_add_epi64 _mm256_sub_epi64 _mm256_slli_epi64 62;
     crate::math::COMMON_RANGE_F64,
-    |x, bound| _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LE_OQ>(x, bound)) == 0b1111
+    |x, bound| _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LE_OQ>(x, bound)) == 0b1111;
+    _mm256_load_pd of 14
 }
 
 #[cfg(all(feature = "dispatch", not(target_feature = "fma")))]
@@ -296,5 +325,6 @@ register! {
     _mm256_castps_si256 _mm256_castsi256_ps _mm256_set1_epi32(i32) _mm256_and_si256 _mm256_xor_si256
     _mm256_add_epi32 _mm256_sub_epi32 _mm256_slli_epi32 30;
     crate::math::COMMON_RANGE_F32,
-    |x, bound| _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(x, bound)) == 0xff
+    |x, bound| _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(x, bound)) == 0xff;
+    _mm256_load_ps of 8
 }

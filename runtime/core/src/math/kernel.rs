@@ -15,6 +15,11 @@ pub(crate) trait Kernel: Real {
     fn rotate(turns: Self, sine: Self, cosine: Self) -> (Self, Self);
     /// Sine and cosine when a lane is out of that range, each lane on its own; scalars are out of it themselves.
     fn lane_by_lane(self) -> (Self, Self);
+    /// The `k`-th of [`Element::COEFFICIENTS`].
+    #[inline(always)]
+    fn coefficient(k: usize) -> Self {
+        Self::constant(Self::Element::COEFFICIENTS[k])
+    }
 }
 
 /// The constants of a precision.
@@ -25,6 +30,8 @@ pub(crate) trait Element: Kernel {
     const PARTS: &'static [f64];
     /// The same where products are not rounded.
     const FUSED_PARTS: &'static [f64];
+    /// Of the polynomials.
+    const COEFFICIENTS: &'static [f64];
     /// Sine and cosine of |y| ≤ π/4.
     fn polynomials<V: Kernel>(y: V) -> (V, V);
 }
@@ -63,20 +70,38 @@ impl Element for f64 {
         &[1.5707963267341256, 6.077094383272197e-11, 6.12323399538461e-17, 3.5215598651832e-27]
     };
 
-    /// The minimax coefficients of fdlibm; pairs are summed apart to shorten the chain of dependent steps.
+    // The minimax coefficients of fdlibm, from the highest power on: of the sine, then of the cosine.
+    const COEFFICIENTS: &'static [f64] = &[
+        1.589_690_995_211_55e-10,
+        -2.505_076_025_340_686_3e-8,
+        2.755_731_370_707_006_8e-6,
+        -1.984_126_982_985_795e-4,
+        8.333_333_333_322_49e-3,
+        -1.666_666_666_666_663_2e-1,
+        -1.135_964_755_778_819_5e-11,
+        2.087_572_321_298_175e-9,
+        -2.755_731_435_139_066_3e-7,
+        2.480_158_728_947_673e-5,
+        -1.388_888_888_887_411e-3,
+        4.166_666_666_666_66e-2,
+        -0.5,
+        1.0,
+    ];
+
+    /// Pairs are summed apart to shorten the chain of dependent steps.
     #[inline(always)]
     fn polynomials<V: Kernel>(y: V) -> (V, V) {
-        let k = V::constant;
+        let k = V::coefficient;
         let z = y * y;
         let zz = z * z;
-        let s = V::fused(k(1.589_690_995_211_55e-10), z, k(-2.505_076_025_340_686_3e-8));
-        let s = V::fused(s, zz, V::fused(k(2.755_731_370_707_006_8e-6), z, k(-1.984_126_982_985_795e-4)));
-        let s = V::fused(s, zz, V::fused(k(8.333_333_333_322_49e-3), z, k(-1.666_666_666_666_663_2e-1)));
-        let c = V::fused(k(-1.135_964_755_778_819_5e-11), z, k(2.087_572_321_298_175e-9));
-        let c = V::fused(c, zz, V::fused(k(-2.755_731_435_139_066_3e-7), z, k(2.480_158_728_947_673e-5)));
-        let c = V::fused(c, zz, V::fused(k(-1.388_888_888_887_411e-3), z, k(4.166_666_666_666_66e-2)));
-        let c = V::fused(c, z, k(-0.5));
-        (V::fused(s, y * z, y), V::fused(c, z, k(1.0)))
+        let s = V::fused(k(0), z, k(1));
+        let s = V::fused(s, zz, V::fused(k(2), z, k(3)));
+        let s = V::fused(s, zz, V::fused(k(4), z, k(5)));
+        let c = V::fused(k(6), z, k(7));
+        let c = V::fused(c, zz, V::fused(k(8), z, k(9)));
+        let c = V::fused(c, zz, V::fused(k(10), z, k(11)));
+        let c = V::fused(c, z, k(12));
+        (V::fused(s, y * z, y), V::fused(c, z, k(13)))
     }
 }
 
@@ -91,17 +116,28 @@ impl Element for f32 {
         &[1.5706787109375, 0.0001175999641418457, 1.5892510418780148e-08, 7.443547731314504e-13]
     };
 
-    /// The coefficients of Cephes.
+    // Those of Cephes, in the same order.
+    const COEFFICIENTS: &'static [f64] = &[
+        -1.951_529_589_1e-4,
+        8.332_160_873_6e-3,
+        -1.666_665_461_1e-1,
+        2.443_315_711_809_948e-5,
+        -1.388_731_625_493_765e-3,
+        4.166_664_568_298_827e-2,
+        -0.5,
+        1.0,
+    ];
+
     #[inline(always)]
     fn polynomials<V: Kernel>(y: V) -> (V, V) {
-        let k = V::constant;
+        let k = V::coefficient;
         let z = y * y;
-        let s = V::fused(k(-1.951_529_589_1e-4), z, k(8.332_160_873_6e-3));
-        let s = V::fused(s, z, k(-1.666_665_461_1e-1));
-        let c = V::fused(k(2.443_315_711_809_948e-5), z, k(-1.388_731_625_493_765e-3));
-        let c = V::fused(c, z, k(4.166_664_568_298_827e-2));
-        let c = V::fused(c, z, k(-0.5));
-        (V::fused(s, y * z, y), V::fused(c, z, k(1.0)))
+        let s = V::fused(k(0), z, k(1));
+        let s = V::fused(s, z, k(2));
+        let c = V::fused(k(3), z, k(4));
+        let c = V::fused(c, z, k(5));
+        let c = V::fused(c, z, k(6));
+        (V::fused(s, y * z, y), V::fused(c, z, k(7)))
     }
 }
 
