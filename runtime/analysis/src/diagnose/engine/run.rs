@@ -6,8 +6,8 @@ use super::judge::own_blocks::unshown;
 use super::judge::significance::{Insignificant, insignificant, is_vague, says_no_more};
 use super::refine::behind_motors::stand_in_line;
 use super::refine::curved_friction::curved;
-use super::refine::estimates::{data, estimates, spread};
-use super::refine::refinement::{Refined, refine};
+use super::refine::estimates::{data, estimates, from_description, spread};
+use super::refine::refinement::{Data, Refined, likelier, refine};
 use super::refine::sharp_friction::{is_a_sharp_sign, put_dry, sharpened};
 use super::search::corrections::settle;
 use super::search::forward::{Outcome, search};
@@ -181,7 +181,14 @@ fn concluded(
         }
         let conclusion = Conclusion { regression, outcome, settled: &settled };
         let diagnosis = conclusion.write(regression.train, validation);
-        let Some(k) = conclusion.idle(&diagnosis).filter(|_| left > 0) else { return diagnosis };
+        let Some(k) = conclusion.idle(&diagnosis).filter(|_| left > 0) else {
+            let better = conclusion.surpassed().filter(|_| left > 0);
+            if !better.is_some_and(|(k, c)| put_candidate(regression, outcome, k, c)) {
+                return diagnosis;
+            }
+            left -= 1;
+            continue;
+        };
         left -= 1;
         declined.push(outcome.active[k]);
         if !put_dry_friction(regression, outcome, (&settled.refined, k))
@@ -222,7 +229,13 @@ fn estimated(
     let mut retries = 4;
     loop {
         let effects = estimates(regression, outcome);
-        let refined = refine(data(regression, teaches), effects, &[], spread(regression, outcome.corrected));
+        let refine = |effects: Vec<Effect>| {
+            refine(data(regression, teaches), effects, &[], spread(regression, outcome.corrected))
+        };
+        let mut refined = refine(effects);
+        if !regression.described.is_empty() {
+            refined = from_what_is_described(regression, outcome, refined, teaches);
+        }
         let Some(Insignificant { effect, impossible }) = insignificant(regression, outcome, &refined) else {
             let judged = regression.standing.len()..outcome.active.len();
             let sharp = judged.clone().find(|&k| is_a_sharp_sign(regression, &refined, k));
@@ -256,6 +269,37 @@ fn estimated(
     }
 }
 
+/// An estimate, or the one that begins with the description, whichever leaves less of the data that judge; parameters of the description that data do
+/// not tell keep their values.
+fn from_what_is_described(
+    regression: &Regression<'_>,
+    outcome: &Outcome,
+    refined: Refined,
+    teaches: &(dyn Fn(usize, usize) -> bool + Sync),
+) -> Refined {
+    let (data, spread) = (data(regression, teaches), spread(regression, outcome.corrected));
+    let described = from_description(regression, outcome);
+    let refined = likelier(data, spread, [refine(data, described.clone(), &[], spread), refined]);
+    let of_effect = |(k, was): (usize, &Effect)| {
+        let untold = refined.half_width[k].iter().filter(|(name, half)| !(*half < was.value(name).abs()));
+        untold.map(|(name, _)| (k, name.clone())).collect::<Vec<_>>()
+    };
+    let held: Vec<(usize, String)> = regression.described.iter().enumerate().flat_map(of_effect).collect();
+    if held.is_empty() {
+        return refined;
+    }
+    let mut start = refined.effects.clone();
+    for (k, name) in &held {
+        start[*k].parameters.insert(name.clone(), described[*k].value(name));
+    }
+    let mut kept = refine(Data { held: &held, ..data }, start, &[], spread);
+    // They may be anything all the same.
+    for (k, name) in held {
+        kept.half_width[k].push((name, f64::INFINITY));
+    }
+    kept
+}
+
 /// A curve that says nothing where joints are fast may hide dry friction that says something. Tells whether that was put.
 fn put_dry_friction(
     regression: &Regression<'_>,
@@ -263,6 +307,15 @@ fn put_dry_friction(
     (refined, k): (&Refined, usize),
 ) -> bool {
     refined.effects[k].kind == &kinds::STRIBECK_FRICTION && put_dry(regression, outcome, k)
+}
+
+/// Puts a candidate in the place of the `k`-th effect of what a search found; tells whether all can be fitted.
+fn put_candidate(regression: &Regression<'_>, outcome: &mut Outcome, k: usize, c: usize) -> bool {
+    let mut set = outcome.active.clone();
+    set[k] = c;
+    let Some(scored) = regression.scored_fit(&set, outcome.corrected) else { return false };
+    (outcome.active, outcome.scored) = (set, scored);
+    true
 }
 
 /// Takes the `k`-th effect out of what a search found; tells whether the others can be fitted without it.

@@ -309,7 +309,7 @@ impl TermProducts {
     }
 
     /// With another term.
-    fn with(&self, other: &Self) -> f64 {
+    pub fn with(&self, other: &Self) -> f64 {
         // Both lists ascend.
         let (mut own, mut sum) = (self.rows.iter().peekable(), 0.0);
         for o in &other.rows {

@@ -60,6 +60,8 @@ pub(crate) struct Regression<'a> {
     pub banned: Vec<usize>,
     /// Candidates that stand whatever the data say; first in every list of active ones.
     pub standing: Vec<usize>,
+    /// The same as they are described.
+    pub described: Vec<Effect>,
 }
 
 /// A fit and what it costs.
@@ -144,6 +146,7 @@ impl<'a> Regression<'a> {
             free: options.widening > 1.0,
             banned: Vec::new(),
             standing: Vec::new(),
+            described: Vec::new(),
         };
         // Named as alternatives only.
         this.banned =
@@ -315,7 +318,10 @@ impl<'a> Regression<'a> {
             let with = |c: usize| self.standing.iter().copied().chain([c]).collect::<Vec<usize>>();
             let tried = forms.filter_map(|c| Some((c, self.scored_fit(&with(c), corrected)?.cost)));
             match tried.min_by(|a, b| a.1.total_cmp(&b.1)) {
-                Some((best, _)) => self.standing.push(best),
+                Some((best, _)) => {
+                    self.standing.push(best);
+                    self.described.push(effect.clone());
+                }
                 None => left_out.push(effect),
             }
         }

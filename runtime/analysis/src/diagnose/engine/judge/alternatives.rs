@@ -13,7 +13,7 @@ use bipedc_effects::effect::{Effect, Kind};
 use std::collections::BTreeMap;
 
 /// Most single effects that are named in the place of one: who reads ten reads none.
-const SINGLES: usize = 4;
+pub(crate) const SINGLES: usize = 4;
 /// No row's squared error may be larger than this part of it in the place of an effect that removed a hundred times as much: one sees that.
 const WORSE: f64 = 0.1;
 /// The same where more than noise is left anyway, or where blocks of the judging data disagree.
@@ -228,7 +228,7 @@ impl Conclusion<'_> {
 
     /// Candidates that would do as well in the place of the `k`-th effect, and those that would nearly; best first, one
     /// per kind and place.
-    fn alike(&self, active: &[usize], k: usize) -> (Vec<usize>, Vec<usize>) {
+    pub(crate) fn alike(&self, active: &[usize], k: usize) -> (Vec<usize>, Vec<usize>) {
         let (regression, corrected) = (self.regression, self.outcome.corrected);
         let mut fewer = active.to_vec();
         fewer.remove(k);

@@ -12,7 +12,7 @@ use crate::diagnose::{Diagnosis, FoundEffect, Rejected, Scope, Step};
 use crate::experiments::Experiment;
 use crate::experiments::form::Reach;
 use crate::number::counting;
-use bipedc_effects::effect::Effect;
+use bipedc_effects::effect::{Effect, kinds};
 use std::collections::BTreeMap;
 
 /// Effects with a smaller share of the main rows' error are there for other rows.
@@ -214,7 +214,37 @@ impl Conclusion<'_> {
             })
             .collect();
         let doubts = doubts(&effect, widths, Reach::of(self.regression.train, &effect.location));
-        FoundEffect { effect, ci95, share, doubts }
+        let mut found = FoundEffect { effect, ci95, share, doubts };
+        for name in self.open_signs(&found.effect) {
+            if let Some([low, high]) = found.ci95.get_mut(name) {
+                let most = low.abs().max(high.abs());
+                (*low, *high) = (-most, most);
+            }
+            found.doubts.push(format!("this data does not tell the sign of {name}: its cosine alone acts"));
+        }
+        found
+    }
+
+    /// Angles of a tilted gravity whose other sign would do the same: of a robot whose joints all turn about one axis.
+    fn open_signs(&self, effect: &Effect) -> Vec<&'static str> {
+        /// Of the squares of the noise.
+        const NOTHING: f64 = 0.01;
+        if effect.kind != &kinds::GRAVITY_TILT {
+            return Vec::new();
+        }
+        let train = self.regression.train;
+        let made = |effect: &Effect| train.response(std::slice::from_ref(effect));
+        let own = made(effect);
+        let is_open = |name: &&str| {
+            let mut other = effect.clone();
+            other.parameters.insert((*name).to_owned(), -effect.value(name));
+            own.iter().zip(made(&other)).all(|((row, own), (_, other))| {
+                let squares: f64 = own.iter().zip(&other).map(|(a, b)| (a - b).powi(2)).sum();
+                squares <= NOTHING * train.rows()[*row].noise.powi(2) * own.len() as f64
+            })
+        };
+        let is_turned = |name: &&str| effect.value(name) != 0.0;
+        ["roll", "pitch"].into_iter().filter(is_turned).filter(is_open).collect()
     }
 
     /// Why other kinds at the places in question do not stand, one line per kind and place.

@@ -32,7 +32,7 @@ pub(crate) fn insignificant(
             || !saturates(regression, refined, k)
             || limits_all(refined, k)
             || is_less_at_rest(&refined.effects[k])
-            || (several && is_cancelled(regression, &refined.effects[k]))
+            || (several && is_cancelled(regression, &refined.effects[k]) && !is_well_told(refined, k))
     });
     if let Some(effect) = doubtful {
         return Some(Insignificant { effect, impossible: true });
@@ -241,6 +241,17 @@ fn is_cancelled(regression: &Regression<'_>, effect: &Effect) -> bool {
         wanted += regression.weights[row] * squares(regression.train.residual(row));
     }
     made > MOST * wanted
+}
+
+/// Whether intervals are narrow beside the sizes that they are of: data tell it from what takes it back.
+fn is_well_told(refined: &Refined, k: usize) -> bool {
+    /// Half of an interval, as a part of its size.
+    const NARROW: f64 = 0.2;
+    let effect = &refined.effects[k];
+    let is_size =
+        |name: &str| matches!(effect.kind.parameter(name).map(|p| p.size), Some(Size::NothingAt(_)));
+    let mut halves = refined.half_width[k].iter().filter(|(name, _)| is_size(name)).peekable();
+    halves.peek().is_some() && halves.all(|(name, half)| *half < NARROW * effect.value(name).abs())
 }
 
 /// A limit that cuts off less than so many times the noise, root mean square of what it cuts, trims peaks of the noise: those of a torque that

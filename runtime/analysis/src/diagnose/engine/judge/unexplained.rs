@@ -173,7 +173,8 @@ impl Row<'_> {
             (true, _) if size > NOISE_MARGIN || (smooth > PLAIN && size > PLAIN_MARGIN) => {
                 (Seen::Motion, smooth)
             }
-            (_, true) if beyond(resting) > LOUD.powi(2) => (Seen::Slowness, slow),
+            // What encoders that count in steps make of slow motion is slow too.
+            (_, true) if beyond(resting) > LOUD.powi(2) && size > 1.0 => (Seen::Slowness, slow),
             _ => return None,
         };
         let is_constant = seen == Seen::Motion && constant_share(&moving, &judged) > MOSTLY * smooth;

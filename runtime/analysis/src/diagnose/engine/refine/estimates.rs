@@ -27,6 +27,14 @@ pub(crate) fn spread<'r>(regression: &'r Regression<'_>, corrected: bool) -> Opt
     corrected.then_some(&regression.spread)
 }
 
+/// The effects of a search, with the values of its fit; those of the description as they are described, so that estimates of what is true
+/// stay there.
+pub(crate) fn from_description(regression: &Regression<'_>, outcome: &Outcome) -> Vec<Effect> {
+    let mut effects = estimates(regression, outcome);
+    effects.iter_mut().zip(&regression.described).for_each(|(effect, was)| effect.clone_from(was));
+    effects
+}
+
 /// The effects of a search, with the values of its fit.
 pub(crate) fn estimates(regression: &Regression<'_>, outcome: &Outcome) -> Vec<Effect> {
     (0..outcome.active.len())

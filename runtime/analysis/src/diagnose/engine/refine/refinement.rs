@@ -111,6 +111,16 @@ pub(crate) fn refine(
     best.refined
 }
 
+/// The one of two estimates of the same effects that leaves less of the data that judge.
+pub(crate) fn likelier(data: Data<'_>, spread: Option<&Spread>, [one, other]: [Refined; 2]) -> Refined {
+    let [of_one, of_other] = [&one, &other].map(|refined| {
+        let corners = corners_of(data.judge, &refined.effects, NEAREST);
+        judged_error(data, &corners, refined, spread)
+    });
+    // An error that is no number is less than none.
+    if of_one <= of_other || !of_other.is_finite() { one } else { other }
+}
+
 /// Where a limit came to the end of its reach: the estimate from there, if the data that judge prefer it. `own` effects are estimated.
 fn further(
     data: Data<'_>,

@@ -80,7 +80,25 @@ pub(crate) fn apply(effects: &[Effect], unknowns: &[Unknown], steps: &[f64]) -> 
         let value = unknown.moved(effects[unknown.effect].value(&unknown.name), *step);
         moved[unknown.effect].parameters.insert(unknown.name.clone(), value);
     }
+    for (index, load) in moved.iter_mut().enumerate().filter(|(_, effect)| effect.kind.law == Law::Payload) {
+        by_moments(&effects[index], load);
+    }
     moved
+}
+
+/// Rows are linear in a payload's mass and in mass times position, not in its position: the step is taken there. A mass that vanished would have no place any more.
+fn by_moments(from: &Effect, to: &mut Effect) {
+    /// At most by so much a mass falls in a step.
+    const LEAST: f64 = 0.1;
+    let mass = from.value("mass");
+    let moved = to.value("mass").max(LEAST * mass);
+    if mass > 0.0 && moved > 0.0 {
+        to.parameters.insert("mass".to_owned(), moved);
+        for axis in ["x", "y", "z"] {
+            let (at, step) = (from.value(axis), to.value(axis) - from.value(axis));
+            to.parameters.insert(axis.to_owned(), at + step * mass / moved);
+        }
+    }
 }
 
 /// One column per unknown: the slope of the response.

@@ -1,5 +1,5 @@
 //! What no machine can be, however well it fits.
-use crate::diagnose::engine::equations::fit::{Candidate, sizes};
+use crate::diagnose::engine::equations::fit::sizes;
 use crate::diagnose::engine::equations::regression::{Regression, ScoredFit};
 use crate::experiments::form::{Form, Search};
 use crate::physical::is_possible;
@@ -7,6 +7,8 @@ use crate::robot::inertial_parameters::InertialParameters;
 
 /// What an effect makes is at most so many times all that there is to explain, as sums of squares.
 pub(crate) const MOST: f64 = 4.0;
+/// Or so many times what is left more without it.
+const MOST_OF_TOLD: f64 = 25.0;
 
 impl Regression<'_> {
     /// Why a fit is physically impossible, if it is.
@@ -14,22 +16,31 @@ impl Regression<'_> {
         (0..active.len()).filter(|&k| !self.standing.contains(&active[k])).find_map(|k| {
             let (form, coefficients) =
                 (&self.candidates[active[k]].form, self.coefficients(active, scored, k));
-            let why = form.impossible(coefficients).or_else(|| self.massless(form, coefficients)).or_else(
-                || self.cancelled(&self.candidates[active[k]], coefficients).filter(|_| active.len() > 1),
-            )?;
+            let why = form
+                .impossible(coefficients)
+                .or_else(|| self.massless(form, coefficients))
+                .or_else(|| self.cancelled((active, k), scored).filter(|_| active.len() > 1))?;
             Some((active[k], why))
         })
     }
 
-    /// Whether an effect makes far more than there is to explain, so that another one must take it back: a pair that
-    /// the data cannot tell apart.
-    fn cancelled(&self, candidate: &Candidate, coefficients: &[f64]) -> Option<String> {
-        let made = sizes(&self.train_sums, &candidate.terms, coefficients);
+    /// Whether an effect makes far more than there is to explain, so that another one must take it back, and far more than is left without
+    /// it: a pair that the data cannot tell apart. A spring that carries a load makes as much as the load, and data tell one from the other.
+    fn cancelled(&self, (active, k): (&[usize], usize), scored: &ScoredFit) -> Option<String> {
+        let candidate = &self.candidates[active[k]];
+        let made = sizes(&self.train_sums, &candidate.terms, self.coefficients(active, scored, k));
         let weighted = |of: &dyn Fn(usize) -> f64| -> f64 {
             candidate.rows.iter().map(|&r| of(r) * self.weights[r]).sum()
         };
-        let wanted = weighted(&|r| self.train_sums.rows[r].squares());
-        (weighted(&|r| made[r]) > MOST * wanted).then(|| {
+        let (made, wanted) = (weighted(&|r| made[r]), weighted(&|r| self.train_sums.rows[r].squares()));
+        if made <= MOST * wanted {
+            return None;
+        }
+        let others: Vec<usize> = active.iter().copied().filter(|c| *c != active[k]).collect();
+        let told = self
+            .scored_fit(&others, !scored.fit.corrections.is_empty())
+            .map_or(0.0, |without| weighted(&|r| without.errors[r] - scored.errors[r]));
+        (made > MOST_OF_TOLD * told).then(|| {
             "it and another effect would cancel each other: this data cannot tell them apart".to_owned()
         })
     }
