@@ -32,6 +32,7 @@ mod compiled;
 mod compiler;
 #[path = "corpus/main.rs"]
 mod corpus;
+mod described_again;
 mod drives_of_arms;
 #[path = "experiments/main.rs"]
 mod experiments;

@@ -126,7 +126,7 @@ pub fn program(model: &CompiledModel, way: &Way<'_>, f: &Function, pairs: &[Opti
     code.statements(text, p.angles_ready..p.instructions.len());
     if at_once {
         others(&code, 0..p.outputs.len(), text)
-    } else if zeros_between(&p.outputs) >= MANY_ZEROS {
+    } else if f.rows.len() % 2 == 0 && zeros_between(&p.outputs) >= MANY_ZEROS {
         outputs_by_twos(&code, f, text)
     } else {
         outputs(&code, f, text)
@@ -154,7 +154,8 @@ pub fn others(code: &Code<'_>, places: impl IntoIterator<Item = usize>, text: &m
     given.for_each(|place| text.line(&code.store(place)));
 }
 
-/// So many values with a zero beside them are stored together with it.
+/// So many values with a zero beside them are stored together with it; not where two elements may be of two columns: to bring those together takes as long
+/// as to store both.
 const MANY_ZEROS: usize = 3;
 
 /// Of a result in twos from its first element on: those of a value and a zero.

@@ -3,7 +3,7 @@
 
 use super::{NQ, NV};
 use ::bipedc_runtime::Real;
-use ::bipedc_runtime::lanes::{Two, both, store, two};
+use ::bipedc_runtime::lanes::{Two, both, two};
 use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 
 /// Jacobian of the centre of mass with respect to `v`, world axes.
@@ -50,23 +50,14 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     let t14 = R::fused(R::constant(-0.09), sin_q_base_pitch, t12); // torso: sums of what it carries
     let t15 = R::fused(R::constant(0.09), cos_q_base_pitch, t13); // torso: sums of what it carries
     let t16_17 = -t4_5; // right_tibia, left_tibia: sums of what it carries
-    // base/x
-    store(out, 0, two(R::constant(1.0), R::constant(0.0)));
-    store(out, 2, both(R::constant(0.0)));
-    // base/z
-    store(out, 4, two(R::constant(0.0), R::constant(1.0)));
-    // base/pitch
-    store(out, 6, two(t15, R::constant(0.0)));
-    store(out, 8, two(t14, t10_11.first()));
-    // right_hip_pitch
-    store(out, 10, two(R::constant(0.0), t8_9.first()));
-    // right_knee_pitch
-    store(out, 12, two(t16_17.first(), R::constant(0.0)));
-    store(out, 14, two(t6_7.first(), t10_11.second()));
-    // left_hip_pitch
-    store(out, 16, two(R::constant(0.0), t8_9.second()));
-    // left_knee_pitch
-    store(out, 18, two(t16_17.second(), R::constant(0.0)));
-    out[6][2] = t6_7.second();
+    *out = [
+        [R::constant(1.0), R::constant(0.0), R::constant(0.0)], // base/x
+        [R::constant(0.0), R::constant(0.0), R::constant(1.0)], // base/z
+        [t15, R::constant(0.0), t14], // base/pitch
+        [t10_11.first(), R::constant(0.0), t8_9.first()], // right_hip_pitch
+        [t16_17.first(), R::constant(0.0), t6_7.first()], // right_knee_pitch
+        [t10_11.second(), R::constant(0.0), t8_9.second()], // left_hip_pitch
+        [t16_17.second(), R::constant(0.0), t6_7.second()], // left_knee_pitch
+    ];
 }
 }

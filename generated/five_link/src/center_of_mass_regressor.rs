@@ -3,7 +3,7 @@
 
 use super::{NQ};
 use ::bipedc_runtime::Real;
-use ::bipedc_runtime::lanes::{Two, both, store, two};
+use ::bipedc_runtime::lanes::{Two, both, two};
 use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 
 /// Regressor of total mass times centre of mass, world axes.
@@ -60,180 +60,77 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     let t27_28 = both(cos_q_base_pitch) * t23_24;
     let t29_30 = R::Two::fused(both(sin_q_base_pitch), t17_18, t27_28);
     let t31_32 = -t29_30;
-    // base/x.m
-    store(out, 0, both(R::constant(0.0)));
-    store(out, 2, both(R::constant(0.0)));
-    // base/x.m*cx
-    store(out, 4, both(R::constant(0.0)));
-    // base/x.m*cy
-    store(out, 6, both(R::constant(0.0)));
-    store(out, 8, both(R::constant(0.0)));
-    // base/x.m*cz
-    store(out, 10, both(R::constant(0.0)));
-    // base/x.Ixx
-    store(out, 12, both(R::constant(0.0)));
-    store(out, 14, both(R::constant(0.0)));
-    // base/x.Ixy
-    store(out, 16, both(R::constant(0.0)));
-    // base/x.Ixz
-    store(out, 18, both(R::constant(0.0)));
-    store(out, 20, both(R::constant(0.0)));
-    // base/x.Iyy
-    store(out, 22, both(R::constant(0.0)));
-    // base/x.Iyz
-    store(out, 24, both(R::constant(0.0)));
-    store(out, 26, both(R::constant(0.0)));
-    // base/x.Izz
-    store(out, 28, both(R::constant(0.0)));
-    // base/z.m
-    store(out, 30, both(R::constant(0.0)));
-    store(out, 32, both(R::constant(0.0)));
-    // base/z.m*cx
-    store(out, 34, both(R::constant(0.0)));
-    // base/z.m*cy
-    store(out, 36, both(R::constant(0.0)));
-    store(out, 38, both(R::constant(0.0)));
-    // base/z.m*cz
-    store(out, 40, both(R::constant(0.0)));
-    // base/z.Ixx
-    store(out, 42, both(R::constant(0.0)));
-    store(out, 44, both(R::constant(0.0)));
-    // base/z.Ixy
-    store(out, 46, both(R::constant(0.0)));
-    // base/z.Ixz
-    store(out, 48, both(R::constant(0.0)));
-    store(out, 50, both(R::constant(0.0)));
-    // base/z.Iyy
-    store(out, 52, both(R::constant(0.0)));
-    // base/z.Iyz
-    store(out, 54, both(R::constant(0.0)));
-    store(out, 56, both(R::constant(0.0)));
-    // base/z.Izz
-    store(out, 58, both(R::constant(0.0)));
-    // torso.m
-    store(out, 60, two(q_base_x, R::constant(0.0)));
-    store(out, 62, two(q_base_z, cos_q_base_pitch));
-    // torso.m*cx
-    store(out, 64, two(R::constant(0.0), t0));
-    // torso.m*cy
-    store(out, 66, two(R::constant(0.0), R::constant(1.0)));
-    store(out, 68, two(R::constant(0.0), sin_q_base_pitch));
-    // torso.m*cz
-    store(out, 70, two(R::constant(0.0), cos_q_base_pitch));
-    // torso.Ixx
-    store(out, 72, both(R::constant(0.0)));
-    store(out, 74, both(R::constant(0.0)));
-    // torso.Ixy
-    store(out, 76, both(R::constant(0.0)));
-    // torso.Ixz
-    store(out, 78, both(R::constant(0.0)));
-    store(out, 80, both(R::constant(0.0)));
-    // torso.Iyy
-    store(out, 82, both(R::constant(0.0)));
-    // torso.Iyz
-    store(out, 84, both(R::constant(0.0)));
-    store(out, 86, both(R::constant(0.0)));
-    // torso.Izz
-    store(out, 88, both(R::constant(0.0)));
-    // right_femur.m
-    store(out, 90, two(q_base_x, R::constant(0.0)));
-    store(out, 92, two(q_base_z, t3_4.second()));
-    // right_femur.m*cx
-    store(out, 94, two(R::constant(0.0), t9_10.second()));
-    // right_femur.m*cy
-    store(out, 96, two(R::constant(0.0), R::constant(1.0)));
-    store(out, 98, two(R::constant(0.0), t7_8.second()));
-    // right_femur.m*cz
-    store(out, 100, two(R::constant(0.0), t3_4.second()));
-    // right_femur.Ixx
-    store(out, 102, both(R::constant(0.0)));
-    store(out, 104, both(R::constant(0.0)));
-    // right_femur.Ixy
-    store(out, 106, both(R::constant(0.0)));
-    // right_femur.Ixz
-    store(out, 108, both(R::constant(0.0)));
-    store(out, 110, both(R::constant(0.0)));
-    // right_femur.Iyy
-    store(out, 112, both(R::constant(0.0)));
-    // right_femur.Iyz
-    store(out, 114, both(R::constant(0.0)));
-    store(out, 116, both(R::constant(0.0)));
-    // right_femur.Izz
-    store(out, 118, both(R::constant(0.0)));
-    // left_femur.m
-    store(out, 120, two(q_base_x, R::constant(0.0)));
-    store(out, 122, two(q_base_z, t3_4.first()));
-    // left_femur.m*cx
-    store(out, 124, two(R::constant(0.0), t9_10.first()));
-    // left_femur.m*cy
-    store(out, 126, two(R::constant(0.0), R::constant(1.0)));
-    store(out, 128, two(R::constant(0.0), t7_8.first()));
-    // left_femur.m*cz
-    store(out, 130, two(R::constant(0.0), t3_4.first()));
-    // left_femur.Ixx
-    store(out, 132, both(R::constant(0.0)));
-    store(out, 134, both(R::constant(0.0)));
-    // left_femur.Ixy
-    store(out, 136, both(R::constant(0.0)));
-    // left_femur.Ixz
-    store(out, 138, both(R::constant(0.0)));
-    store(out, 140, both(R::constant(0.0)));
-    // left_femur.Iyy
-    store(out, 142, both(R::constant(0.0)));
-    // left_femur.Iyz
-    store(out, 144, both(R::constant(0.0)));
-    store(out, 146, both(R::constant(0.0)));
-    // left_femur.Izz
-    store(out, 148, both(R::constant(0.0)));
-    // right_tibia.m
-    store(out, 150, two(t11_12.second(), R::constant(0.0)));
-    store(out, 152, two(t13_14.second(), t25_26.second()));
-    // right_tibia.m*cx
-    store(out, 154, two(R::constant(0.0), t31_32.second()));
-    // right_tibia.m*cy
-    store(out, 156, two(R::constant(0.0), R::constant(1.0)));
-    store(out, 158, two(R::constant(0.0), t29_30.second()));
-    // right_tibia.m*cz
-    store(out, 160, two(R::constant(0.0), t25_26.second()));
-    // right_tibia.Ixx
-    store(out, 162, both(R::constant(0.0)));
-    store(out, 164, both(R::constant(0.0)));
-    // right_tibia.Ixy
-    store(out, 166, both(R::constant(0.0)));
-    // right_tibia.Ixz
-    store(out, 168, both(R::constant(0.0)));
-    store(out, 170, both(R::constant(0.0)));
-    // right_tibia.Iyy
-    store(out, 172, both(R::constant(0.0)));
-    // right_tibia.Iyz
-    store(out, 174, both(R::constant(0.0)));
-    store(out, 176, both(R::constant(0.0)));
-    // right_tibia.Izz
-    store(out, 178, both(R::constant(0.0)));
-    // left_tibia.m
-    store(out, 180, two(t11_12.first(), R::constant(0.0)));
-    store(out, 182, two(t13_14.first(), t25_26.first()));
-    // left_tibia.m*cx
-    store(out, 184, two(R::constant(0.0), t31_32.first()));
-    // left_tibia.m*cy
-    store(out, 186, two(R::constant(0.0), R::constant(1.0)));
-    store(out, 188, two(R::constant(0.0), t29_30.first()));
-    // left_tibia.m*cz
-    store(out, 190, two(R::constant(0.0), t25_26.first()));
-    // left_tibia.Ixx
-    store(out, 192, both(R::constant(0.0)));
-    store(out, 194, both(R::constant(0.0)));
-    // left_tibia.Ixy
-    store(out, 196, both(R::constant(0.0)));
-    // left_tibia.Ixz
-    store(out, 198, both(R::constant(0.0)));
-    store(out, 200, both(R::constant(0.0)));
-    // left_tibia.Iyy
-    store(out, 202, both(R::constant(0.0)));
-    // left_tibia.Iyz
-    store(out, 204, both(R::constant(0.0)));
-    store(out, 206, both(R::constant(0.0)));
-    // left_tibia.Izz
-    store(out, 208, both(R::constant(0.0)));
+    *out = [
+        [R::constant(0.0); 3], // base/x.m
+        [R::constant(0.0); 3], // base/x.m*cx
+        [R::constant(0.0); 3], // base/x.m*cy
+        [R::constant(0.0); 3], // base/x.m*cz
+        [R::constant(0.0); 3], // base/x.Ixx
+        [R::constant(0.0); 3], // base/x.Ixy
+        [R::constant(0.0); 3], // base/x.Ixz
+        [R::constant(0.0); 3], // base/x.Iyy
+        [R::constant(0.0); 3], // base/x.Iyz
+        [R::constant(0.0); 3], // base/x.Izz
+        [R::constant(0.0); 3], // base/z.m
+        [R::constant(0.0); 3], // base/z.m*cx
+        [R::constant(0.0); 3], // base/z.m*cy
+        [R::constant(0.0); 3], // base/z.m*cz
+        [R::constant(0.0); 3], // base/z.Ixx
+        [R::constant(0.0); 3], // base/z.Ixy
+        [R::constant(0.0); 3], // base/z.Ixz
+        [R::constant(0.0); 3], // base/z.Iyy
+        [R::constant(0.0); 3], // base/z.Iyz
+        [R::constant(0.0); 3], // base/z.Izz
+        [q_base_x, R::constant(0.0), q_base_z], // torso.m
+        [cos_q_base_pitch, R::constant(0.0), t0], // torso.m*cx
+        [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // torso.m*cy
+        [sin_q_base_pitch, R::constant(0.0), cos_q_base_pitch], // torso.m*cz
+        [R::constant(0.0); 3], // torso.Ixx
+        [R::constant(0.0); 3], // torso.Ixy
+        [R::constant(0.0); 3], // torso.Ixz
+        [R::constant(0.0); 3], // torso.Iyy
+        [R::constant(0.0); 3], // torso.Iyz
+        [R::constant(0.0); 3], // torso.Izz
+        [q_base_x, R::constant(0.0), q_base_z], // right_femur.m
+        [t3_4.second(), R::constant(0.0), t9_10.second()], // right_femur.m*cx
+        [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // right_femur.m*cy
+        [t7_8.second(), R::constant(0.0), t3_4.second()], // right_femur.m*cz
+        [R::constant(0.0); 3], // right_femur.Ixx
+        [R::constant(0.0); 3], // right_femur.Ixy
+        [R::constant(0.0); 3], // right_femur.Ixz
+        [R::constant(0.0); 3], // right_femur.Iyy
+        [R::constant(0.0); 3], // right_femur.Iyz
+        [R::constant(0.0); 3], // right_femur.Izz
+        [q_base_x, R::constant(0.0), q_base_z], // left_femur.m
+        [t3_4.first(), R::constant(0.0), t9_10.first()], // left_femur.m*cx
+        [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // left_femur.m*cy
+        [t7_8.first(), R::constant(0.0), t3_4.first()], // left_femur.m*cz
+        [R::constant(0.0); 3], // left_femur.Ixx
+        [R::constant(0.0); 3], // left_femur.Ixy
+        [R::constant(0.0); 3], // left_femur.Ixz
+        [R::constant(0.0); 3], // left_femur.Iyy
+        [R::constant(0.0); 3], // left_femur.Iyz
+        [R::constant(0.0); 3], // left_femur.Izz
+        [t11_12.second(), R::constant(0.0), t13_14.second()], // right_tibia.m
+        [t25_26.second(), R::constant(0.0), t31_32.second()], // right_tibia.m*cx
+        [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // right_tibia.m*cy
+        [t29_30.second(), R::constant(0.0), t25_26.second()], // right_tibia.m*cz
+        [R::constant(0.0); 3], // right_tibia.Ixx
+        [R::constant(0.0); 3], // right_tibia.Ixy
+        [R::constant(0.0); 3], // right_tibia.Ixz
+        [R::constant(0.0); 3], // right_tibia.Iyy
+        [R::constant(0.0); 3], // right_tibia.Iyz
+        [R::constant(0.0); 3], // right_tibia.Izz
+        [t11_12.first(), R::constant(0.0), t13_14.first()], // left_tibia.m
+        [t25_26.first(), R::constant(0.0), t31_32.first()], // left_tibia.m*cx
+        [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // left_tibia.m*cy
+        [t29_30.first(), R::constant(0.0), t25_26.first()], // left_tibia.m*cz
+        [R::constant(0.0); 3], // left_tibia.Ixx
+        [R::constant(0.0); 3], // left_tibia.Ixy
+        [R::constant(0.0); 3], // left_tibia.Ixz
+        [R::constant(0.0); 3], // left_tibia.Iyy
+        [R::constant(0.0); 3], // left_tibia.Iyz
+        [R::constant(0.0); 3], // left_tibia.Izz
+    ];
 }
 }

@@ -3,7 +3,7 @@
 
 use super::{NQ, NV};
 use ::bipedc_runtime::Real;
-use ::bipedc_runtime::lanes::{Two, both, store, two};
+use ::bipedc_runtime::lanes::{Two, both, two};
 use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 
 /// `W_T`: `W_Tᵀ v` are the tangential velocities of the contact points, `W_T λ_T` their generalised force.
@@ -51,14 +51,17 @@ pub(super) fn contact_tangential_directions_program<R: Real>(q: &[R; NQ], out: &
     let t14_15 = t10_11 * both(R::constant(0.4));
     let t16_17 = t12_13 + t14_15;
     let t18_19 = t16_17 - both(q_base_z); // right_femur, left_femur: Jacobian
-    // right_foot/point_foot/x
-    store(out, 0, two(R::constant(1.0), R::constant(0.0)));
-    store(out, 2, both(t18_19.first()));
-    store(out, 4, two(t14_15.first(), R::constant(0.0)));
-    store(out, 6, two(R::constant(0.0), R::constant(1.0)));
-    // left_foot/point_foot/x
-    store(out, 8, two(R::constant(0.0), t18_19.second()));
-    store(out, 10, both(R::constant(0.0)));
-    store(out, 12, two(t18_19.second(), t14_15.second()));
+    *out = [
+        // right_foot/point_foot/x
+        [
+            R::constant(1.0), R::constant(0.0), t18_19.first(), t18_19.first(), t14_15.first(), R::constant(0.0),
+            R::constant(0.0),
+        ],
+        // left_foot/point_foot/x
+        [
+            R::constant(1.0), R::constant(0.0), t18_19.second(), R::constant(0.0), R::constant(0.0), t18_19.second(),
+            t14_15.second(),
+        ],
+    ];
 }
 }

@@ -3,7 +3,7 @@
 
 use super::{NQ, NV};
 use ::bipedc_runtime::Real;
-use ::bipedc_runtime::lanes::{Two, both, store, two};
+use ::bipedc_runtime::lanes::{Two, both, two};
 use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 
 /// Coriolis matrix `C` with `C v = H − G`; `Ḋ − 2 C` is skew-symmetric.
@@ -74,37 +74,30 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     let t46 = R::constant(2.88) * sin_q_base_pitch;
     let t47 = R::fused(-v_base_pitch, t45, t42);
     let t48 = R::fused(-v_base_pitch, t46, t43);
-    // base/x
-    store(out, 0, both(R::constant(0.0)));
-    store(out, 2, both(R::constant(0.0)));
-    store(out, 4, both(R::constant(0.0)));
-    store(out, 6, both(R::constant(0.0)));
-    // base/z
-    store(out, 8, both(R::constant(0.0)));
-    store(out, 10, both(R::constant(0.0)));
-    store(out, 12, both(R::constant(0.0)));
-    // base/pitch
-    store(out, 14, two(t48, t47));
-    store(out, 16, two(t44, t32_33.first()));
-    store(out, 18, two(t30_31.first(), t32_33.second()));
-    store(out, 20, two(t30_31.second(), t40_41.first()));
-    // right_hip_pitch
-    store(out, 22, two(t38_39.first(), t32_33.first()));
-    store(out, 24, two(t32_33.first(), t30_31.first()));
-    store(out, 26, both(R::constant(0.0)));
-    // right_knee_pitch
-    store(out, 28, two(t22_23.first(), t20_21.first()));
-    store(out, 30, both(t26_27.first()));
-    store(out, 32, both(R::constant(0.0)));
-    store(out, 34, two(R::constant(0.0), t40_41.second()));
-    // left_hip_pitch
-    store(out, 36, two(t38_39.second(), t32_33.second()));
-    store(out, 38, both(R::constant(0.0)));
-    store(out, 40, two(t32_33.second(), t30_31.second()));
-    // left_knee_pitch
-    store(out, 42, two(t22_23.second(), t20_21.second()));
-    store(out, 44, two(t26_27.second(), R::constant(0.0)));
-    store(out, 46, two(R::constant(0.0), t26_27.second()));
-    out[6][6] = R::constant(0.0);
+    *out = [
+        [R::constant(0.0); NV], // base/x
+        [R::constant(0.0); NV], // base/z
+        [t48, t47, t44, t32_33.first(), t30_31.first(), t32_33.second(), t30_31.second()], // base/pitch
+        // right_hip_pitch
+        [
+            t40_41.first(), t38_39.first(), t32_33.first(), t32_33.first(), t30_31.first(), R::constant(0.0),
+            R::constant(0.0),
+        ],
+        // right_knee_pitch
+        [
+            t22_23.first(), t20_21.first(), t26_27.first(), t26_27.first(), R::constant(0.0), R::constant(0.0),
+            R::constant(0.0),
+        ],
+        // left_hip_pitch
+        [
+            t40_41.second(), t38_39.second(), t32_33.second(), R::constant(0.0), R::constant(0.0), t32_33.second(),
+            t30_31.second(),
+        ],
+        // left_knee_pitch
+        [
+            t22_23.second(), t20_21.second(), t26_27.second(), R::constant(0.0), R::constant(0.0), t26_27.second(),
+            R::constant(0.0),
+        ],
+    ];
 }
 }

@@ -3,7 +3,7 @@
 
 use super::{NQ, NV};
 use ::bipedc_runtime::Real;
-use ::bipedc_runtime::lanes::{Two, both, store, two};
+use ::bipedc_runtime::lanes::{Two, both, two};
 use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 
 /// Mass matrix `D`, symmetric, all entries.
@@ -61,37 +61,32 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     let t36_37 = both(R::constant(1.06428)) + t34_35; // right_femur, left_femur: sums of what it carries
     let t38 = t36_37.second() + t36_37.first(); // right_femur: sums of what it carries
     let t39 = R::constant(2.0212) + t38; // torso: sums of what it carries
-    // base/x
-    store(out, 0, two(R::constant(32.0), R::constant(0.0)));
-    store(out, 2, two(t31, t16_17.first()));
-    store(out, 4, two(t21_22.first(), t16_17.second()));
-    store(out, 6, two(t21_22.second(), R::constant(0.0)));
-    // base/z
-    store(out, 8, two(R::constant(32.0), t28));
-    store(out, 10, two(t12_13.first(), t4_5.first()));
-    store(out, 12, two(t12_13.second(), t4_5.second()));
-    // base/pitch
-    store(out, 14, two(t31, t28));
-    store(out, 16, two(t39, t36_37.first()));
-    store(out, 18, two(t32_33.first(), t36_37.second()));
-    store(out, 20, two(t32_33.second(), t16_17.first()));
-    // right_hip_pitch
-    store(out, 22, two(t12_13.first(), t36_37.first()));
-    store(out, 24, two(t36_37.first(), t32_33.first()));
-    store(out, 26, both(R::constant(0.0)));
-    // right_knee_pitch
-    store(out, 28, two(t21_22.first(), t4_5.first()));
-    store(out, 30, both(t32_33.first()));
-    store(out, 32, two(R::constant(0.38432), R::constant(0.0)));
-    store(out, 34, two(R::constant(0.0), t16_17.second()));
-    // left_hip_pitch
-    store(out, 36, two(t12_13.second(), t36_37.second()));
-    store(out, 38, both(R::constant(0.0)));
-    store(out, 40, two(t36_37.second(), t32_33.second()));
-    // left_knee_pitch
-    store(out, 42, two(t21_22.second(), t4_5.second()));
-    store(out, 44, two(t32_33.second(), R::constant(0.0)));
-    store(out, 46, two(R::constant(0.0), t32_33.second()));
-    out[6][6] = R::constant(0.38432);
+    *out = [
+        // base/x
+        [R::constant(32.0), R::constant(0.0), t31, t16_17.first(), t21_22.first(), t16_17.second(), t21_22.second()],
+        // base/z
+        [R::constant(0.0), R::constant(32.0), t28, t12_13.first(), t4_5.first(), t12_13.second(), t4_5.second()],
+        [t31, t28, t39, t36_37.first(), t32_33.first(), t36_37.second(), t32_33.second()], // base/pitch
+        // right_hip_pitch
+        [
+            t16_17.first(), t12_13.first(), t36_37.first(), t36_37.first(), t32_33.first(), R::constant(0.0),
+            R::constant(0.0),
+        ],
+        // right_knee_pitch
+        [
+            t21_22.first(), t4_5.first(), t32_33.first(), t32_33.first(), R::constant(0.38432), R::constant(0.0),
+            R::constant(0.0),
+        ],
+        // left_hip_pitch
+        [
+            t16_17.second(), t12_13.second(), t36_37.second(), R::constant(0.0), R::constant(0.0), t36_37.second(),
+            t32_33.second(),
+        ],
+        // left_knee_pitch
+        [
+            t21_22.second(), t4_5.second(), t32_33.second(), R::constant(0.0), R::constant(0.0), t32_33.second(),
+            R::constant(0.38432),
+        ],
+    ];
 }
 }

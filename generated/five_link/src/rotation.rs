@@ -3,7 +3,6 @@
 
 use super::{NQ};
 use ::bipedc_runtime::Real;
-use ::bipedc_runtime::lanes::{store, two};
 use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 
 /// Rotation: columns are the frame's axes in the world.
@@ -48,14 +47,11 @@ pub(super) fn rotation_of_left_tibia_program<R: Real>(q: &[R; NQ], out: &mut [[R
     let t6 = t1 * sin_q_left_knee_pitch;
     let t7 = R::fused(-t3, cos_q_left_knee_pitch, -t6);
     let t8 = -t5;
-    // x
-    store(out, 0, two(t7, R::constant(0.0)));
-    store(out, 2, two(t8, R::constant(0.0)));
-    // y
-    store(out, 4, two(R::constant(1.0), R::constant(0.0)));
-    // z
-    store(out, 6, two(t5, R::constant(0.0)));
-    out[2][2] = t7;
+    *out = [
+        [t7, R::constant(0.0), t8], // x
+        [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // y
+        [t5, R::constant(0.0), t7], // z
+    ];
 }
 }
 
@@ -101,14 +97,11 @@ pub(super) fn rotation_of_right_tibia_program<R: Real>(q: &[R; NQ], out: &mut [[
     let t6 = t1 * sin_q_right_knee_pitch;
     let t7 = R::fused(-t3, cos_q_right_knee_pitch, -t6);
     let t8 = -t5;
-    // x
-    store(out, 0, two(t7, R::constant(0.0)));
-    store(out, 2, two(t8, R::constant(0.0)));
-    // y
-    store(out, 4, two(R::constant(1.0), R::constant(0.0)));
-    // z
-    store(out, 6, two(t5, R::constant(0.0)));
-    out[2][2] = t7;
+    *out = [
+        [t7, R::constant(0.0), t8], // x
+        [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // y
+        [t5, R::constant(0.0), t7], // z
+    ];
 }
 }
 
@@ -154,14 +147,11 @@ pub(super) fn rotation_of_right_foot_point_foot_program<R: Real>(q: &[R; NQ], ou
     let t6 = t1 * sin_q_right_knee_pitch;
     let t7 = R::fused(-t3, cos_q_right_knee_pitch, -t6);
     let t8 = -t5;
-    // x
-    store(out, 0, two(t7, R::constant(0.0)));
-    store(out, 2, two(t8, R::constant(0.0)));
-    // y
-    store(out, 4, two(R::constant(1.0), R::constant(0.0)));
-    // z
-    store(out, 6, two(t5, R::constant(0.0)));
-    out[2][2] = t7;
+    *out = [
+        [t7, R::constant(0.0), t8], // x
+        [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // y
+        [t5, R::constant(0.0), t7], // z
+    ];
 }
 }
 
@@ -207,13 +197,10 @@ pub(super) fn rotation_of_left_foot_point_foot_program<R: Real>(q: &[R; NQ], out
     let t6 = t1 * sin_q_left_knee_pitch;
     let t7 = R::fused(-t3, cos_q_left_knee_pitch, -t6);
     let t8 = -t5;
-    // x
-    store(out, 0, two(t7, R::constant(0.0)));
-    store(out, 2, two(t8, R::constant(0.0)));
-    // y
-    store(out, 4, two(R::constant(1.0), R::constant(0.0)));
-    // z
-    store(out, 6, two(t5, R::constant(0.0)));
-    out[2][2] = t7;
+    *out = [
+        [t7, R::constant(0.0), t8], // x
+        [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // y
+        [t5, R::constant(0.0), t7], // z
+    ];
 }
 }

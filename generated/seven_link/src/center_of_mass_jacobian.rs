@@ -3,7 +3,7 @@
 
 use super::{NQ, NV};
 use ::bipedc_runtime::Real;
-use ::bipedc_runtime::lanes::{Two, both, store, two};
+use ::bipedc_runtime::lanes::{Two, both, two};
 use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 
 /// Jacobian of the centre of mass with respect to `v`, world axes.
@@ -72,28 +72,16 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     let t43 = R::fused(R::constant(-0.011793684223157894), cos_q_base_pitch, t42);
     let t44 = t38 - t43;
     let t45 = t39 + t41;
-    // base/x
-    store(out, 0, two(R::constant(1.0), R::constant(0.0)));
-    store(out, 2, both(R::constant(0.0)));
-    // base/z
-    store(out, 4, two(R::constant(0.0), R::constant(1.0)));
-    // base/pitch
-    store(out, 6, two(t45, R::constant(0.0)));
-    store(out, 8, two(t44, t36_37.first()));
-    // right_hip_pitch
-    store(out, 10, two(R::constant(0.0), t34_35.first()));
-    // right_knee_pitch
-    store(out, 12, two(t24_25.first(), R::constant(0.0)));
-    store(out, 14, two(t22_23.first(), t8_9.first()));
-    // right_ankle_pitch
-    store(out, 16, two(R::constant(0.0), t12_13.first()));
-    // left_hip_pitch
-    store(out, 18, two(t36_37.second(), R::constant(0.0)));
-    store(out, 20, two(t34_35.second(), t24_25.second()));
-    // left_knee_pitch
-    store(out, 22, two(R::constant(0.0), t22_23.second()));
-    // left_ankle_pitch
-    store(out, 24, two(t8_9.second(), R::constant(0.0)));
-    out[8][2] = t12_13.second();
+    *out = [
+        [R::constant(1.0), R::constant(0.0), R::constant(0.0)], // base/x
+        [R::constant(0.0), R::constant(0.0), R::constant(1.0)], // base/z
+        [t45, R::constant(0.0), t44], // base/pitch
+        [t36_37.first(), R::constant(0.0), t34_35.first()], // right_hip_pitch
+        [t24_25.first(), R::constant(0.0), t22_23.first()], // right_knee_pitch
+        [t8_9.first(), R::constant(0.0), t12_13.first()], // right_ankle_pitch
+        [t36_37.second(), R::constant(0.0), t34_35.second()], // left_hip_pitch
+        [t24_25.second(), R::constant(0.0), t22_23.second()], // left_knee_pitch
+        [t8_9.second(), R::constant(0.0), t12_13.second()], // left_ankle_pitch
+    ];
 }
 }

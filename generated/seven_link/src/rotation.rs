@@ -3,7 +3,6 @@
 
 use super::{NQ};
 use ::bipedc_runtime::Real;
-use ::bipedc_runtime::lanes::{store, two};
 use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 
 /// Rotation: columns are the frame's axes in the world.
@@ -54,14 +53,11 @@ pub(super) fn rotation_of_left_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R;
     let t10 = t5 * sin_q_left_ankle_pitch;
     let t11 = R::fused(-t7, cos_q_left_ankle_pitch, -t10);
     let t12 = -t9;
-    // x
-    store(out, 0, two(t11, R::constant(0.0)));
-    store(out, 2, two(t12, R::constant(0.0)));
-    // y
-    store(out, 4, two(R::constant(1.0), R::constant(0.0)));
-    // z
-    store(out, 6, two(t9, R::constant(0.0)));
-    out[2][2] = t11;
+    *out = [
+        [t11, R::constant(0.0), t12], // x
+        [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // y
+        [t9, R::constant(0.0), t11], // z
+    ];
 }
 }
 
@@ -113,14 +109,11 @@ pub(super) fn rotation_of_right_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R
     let t10 = t5 * sin_q_right_ankle_pitch;
     let t11 = R::fused(-t7, cos_q_right_ankle_pitch, -t10);
     let t12 = -t9;
-    // x
-    store(out, 0, two(t11, R::constant(0.0)));
-    store(out, 2, two(t12, R::constant(0.0)));
-    // y
-    store(out, 4, two(R::constant(1.0), R::constant(0.0)));
-    // z
-    store(out, 6, two(t9, R::constant(0.0)));
-    out[2][2] = t11;
+    *out = [
+        [t11, R::constant(0.0), t12], // x
+        [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // y
+        [t9, R::constant(0.0), t11], // z
+    ];
 }
 }
 
@@ -172,14 +165,11 @@ pub(super) fn rotation_of_right_foot_heel_program<R: Real>(q: &[R; NQ], out: &mu
     let t10 = t5 * sin_q_right_ankle_pitch;
     let t11 = R::fused(-t7, cos_q_right_ankle_pitch, -t10);
     let t12 = -t9;
-    // x
-    store(out, 0, two(t11, R::constant(0.0)));
-    store(out, 2, two(t12, R::constant(0.0)));
-    // y
-    store(out, 4, two(R::constant(1.0), R::constant(0.0)));
-    // z
-    store(out, 6, two(t9, R::constant(0.0)));
-    out[2][2] = t11;
+    *out = [
+        [t11, R::constant(0.0), t12], // x
+        [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // y
+        [t9, R::constant(0.0), t11], // z
+    ];
 }
 }
 
@@ -231,14 +221,11 @@ pub(super) fn rotation_of_right_foot_toe_program<R: Real>(q: &[R; NQ], out: &mut
     let t10 = t5 * sin_q_right_ankle_pitch;
     let t11 = R::fused(-t7, cos_q_right_ankle_pitch, -t10);
     let t12 = -t9;
-    // x
-    store(out, 0, two(t11, R::constant(0.0)));
-    store(out, 2, two(t12, R::constant(0.0)));
-    // y
-    store(out, 4, two(R::constant(1.0), R::constant(0.0)));
-    // z
-    store(out, 6, two(t9, R::constant(0.0)));
-    out[2][2] = t11;
+    *out = [
+        [t11, R::constant(0.0), t12], // x
+        [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // y
+        [t9, R::constant(0.0), t11], // z
+    ];
 }
 }
 
@@ -290,14 +277,11 @@ pub(super) fn rotation_of_left_foot_heel_program<R: Real>(q: &[R; NQ], out: &mut
     let t10 = t5 * sin_q_left_ankle_pitch;
     let t11 = R::fused(-t7, cos_q_left_ankle_pitch, -t10);
     let t12 = -t9;
-    // x
-    store(out, 0, two(t11, R::constant(0.0)));
-    store(out, 2, two(t12, R::constant(0.0)));
-    // y
-    store(out, 4, two(R::constant(1.0), R::constant(0.0)));
-    // z
-    store(out, 6, two(t9, R::constant(0.0)));
-    out[2][2] = t11;
+    *out = [
+        [t11, R::constant(0.0), t12], // x
+        [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // y
+        [t9, R::constant(0.0), t11], // z
+    ];
 }
 }
 
@@ -349,13 +333,10 @@ pub(super) fn rotation_of_left_foot_toe_program<R: Real>(q: &[R; NQ], out: &mut 
     let t10 = t5 * sin_q_left_ankle_pitch;
     let t11 = R::fused(-t7, cos_q_left_ankle_pitch, -t10);
     let t12 = -t9;
-    // x
-    store(out, 0, two(t11, R::constant(0.0)));
-    store(out, 2, two(t12, R::constant(0.0)));
-    // y
-    store(out, 4, two(R::constant(1.0), R::constant(0.0)));
-    // z
-    store(out, 6, two(t9, R::constant(0.0)));
-    out[2][2] = t11;
+    *out = [
+        [t11, R::constant(0.0), t12], // x
+        [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // y
+        [t9, R::constant(0.0), t11], // z
+    ];
 }
 }

@@ -3,7 +3,7 @@
 
 use super::{NQ, NV};
 use ::bipedc_runtime::Real;
-use ::bipedc_runtime::lanes::{Two, both, store, two};
+use ::bipedc_runtime::lanes::{Two, both, two};
 use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 
 /// Jacobian of the centre of mass with respect to `v`, world axes.
@@ -60,28 +60,16 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     let t24 = R::fused(R::constant(-0.11578947368421053), sin_q_base_pitch, t22); // torso: sums of what it carries
     let t25 = R::fused(R::constant(0.11578947368421053), cos_q_base_pitch, t23); // torso: sums of what it carries
     let t26_27 = -t10_11; // right_foot, left_foot: sums of what it carries
-    // base/x
-    store(out, 0, two(R::constant(1.0), R::constant(0.0)));
-    store(out, 2, both(R::constant(0.0)));
-    // base/z
-    store(out, 4, two(R::constant(0.0), R::constant(1.0)));
-    // base/pitch
-    store(out, 6, two(t25, R::constant(0.0)));
-    store(out, 8, two(t24, t20_21.first()));
-    // right_hip_pitch
-    store(out, 10, two(R::constant(0.0), t18_19.first()));
-    // right_knee_pitch
-    store(out, 12, two(t16_17.first(), R::constant(0.0)));
-    store(out, 14, two(t14_15.first(), t26_27.first()));
-    // right_ankle_pitch
-    store(out, 16, two(R::constant(0.0), t12_13.first()));
-    // left_hip_pitch
-    store(out, 18, two(t20_21.second(), R::constant(0.0)));
-    store(out, 20, two(t18_19.second(), t16_17.second()));
-    // left_knee_pitch
-    store(out, 22, two(R::constant(0.0), t14_15.second()));
-    // left_ankle_pitch
-    store(out, 24, two(t26_27.second(), R::constant(0.0)));
-    out[8][2] = t12_13.second();
+    *out = [
+        [R::constant(1.0), R::constant(0.0), R::constant(0.0)], // base/x
+        [R::constant(0.0), R::constant(0.0), R::constant(1.0)], // base/z
+        [t25, R::constant(0.0), t24], // base/pitch
+        [t20_21.first(), R::constant(0.0), t18_19.first()], // right_hip_pitch
+        [t16_17.first(), R::constant(0.0), t14_15.first()], // right_knee_pitch
+        [t26_27.first(), R::constant(0.0), t12_13.first()], // right_ankle_pitch
+        [t20_21.second(), R::constant(0.0), t18_19.second()], // left_hip_pitch
+        [t16_17.second(), R::constant(0.0), t14_15.second()], // left_knee_pitch
+        [t26_27.second(), R::constant(0.0), t12_13.second()], // left_ankle_pitch
+    ];
 }
 }

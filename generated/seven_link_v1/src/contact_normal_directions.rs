@@ -3,7 +3,7 @@
 
 use super::{NQ, NV};
 use ::bipedc_runtime::Real;
-use ::bipedc_runtime::lanes::{Two, both, store, two};
+use ::bipedc_runtime::lanes::{Two, both, two};
 use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 
 /// `W_N`: `W_Nᵀ v` are the normal velocities of the contact points, `W_N λ_N` their generalised force.
@@ -76,27 +76,27 @@ pub(super) fn contact_normal_directions_program<R: Real>(q: &[R; NQ], out: &mut 
     let t40_41 = t26_27 - t38_39;
     let t42_43 = t16_17 - t40_41; // right_lower_leg, left_lower_leg: Jacobian
     let t44_45 = both(q_base_x) - t40_41; // right_upper_leg, left_upper_leg: Jacobian
-    // right_foot/heel/z
-    store(out, 0, two(R::constant(0.0), R::constant(1.0)));
-    store(out, 2, both(t36_37.first()));
-    store(out, 4, two(t34_35.first(), t30_31.first()));
-    store(out, 6, both(R::constant(0.0)));
-    store(out, 8, both(R::constant(0.0)));
-    // right_foot/toe/z
-    store(out, 10, two(R::constant(1.0), t44_45.first()));
-    store(out, 12, two(t44_45.first(), t42_43.first()));
-    store(out, 14, two(t38_39.first(), R::constant(0.0)));
-    store(out, 16, both(R::constant(0.0)));
-    // left_foot/heel/z
-    store(out, 18, two(R::constant(0.0), R::constant(1.0)));
-    store(out, 20, two(t36_37.second(), R::constant(0.0)));
-    store(out, 22, both(R::constant(0.0)));
-    store(out, 24, two(t36_37.second(), t34_35.second()));
-    store(out, 26, two(t30_31.second(), R::constant(0.0)));
-    // left_foot/toe/z
-    store(out, 28, two(R::constant(1.0), t44_45.second()));
-    store(out, 30, both(R::constant(0.0)));
-    store(out, 32, two(R::constant(0.0), t44_45.second()));
-    store(out, 34, two(t42_43.second(), t38_39.second()));
+    *out = [
+        // right_foot/heel/z
+        [
+            R::constant(0.0), R::constant(1.0), t36_37.first(), t36_37.first(), t34_35.first(), t30_31.first(),
+            R::constant(0.0), R::constant(0.0), R::constant(0.0),
+        ],
+        // right_foot/toe/z
+        [
+            R::constant(0.0), R::constant(1.0), t44_45.first(), t44_45.first(), t42_43.first(), t38_39.first(),
+            R::constant(0.0), R::constant(0.0), R::constant(0.0),
+        ],
+        // left_foot/heel/z
+        [
+            R::constant(0.0), R::constant(1.0), t36_37.second(), R::constant(0.0), R::constant(0.0), R::constant(0.0),
+            t36_37.second(), t34_35.second(), t30_31.second(),
+        ],
+        // left_foot/toe/z
+        [
+            R::constant(0.0), R::constant(1.0), t44_45.second(), R::constant(0.0), R::constant(0.0), R::constant(0.0),
+            t44_45.second(), t42_43.second(), t38_39.second(),
+        ],
+    ];
 }
 }

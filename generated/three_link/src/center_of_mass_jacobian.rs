@@ -3,7 +3,7 @@
 
 use super::{NQ, NV};
 use ::bipedc_runtime::Real;
-use ::bipedc_runtime::lanes::{Two, both, store, two};
+use ::bipedc_runtime::lanes::{Two, both, two};
 use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 
 /// Jacobian of the centre of mass with respect to `v`, world axes.
@@ -44,18 +44,12 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     let t8 = R::fused(R::constant(-0.14285714285714285), sin_q_base_pitch, t6); // torso: sums of what it carries
     let t9 = R::fused(R::constant(0.14285714285714285), cos_q_base_pitch, -t7); // torso: sums of what it carries
     let t10_11 = -t2_3;
-    // base/x
-    store(out, 0, two(R::constant(1.0), R::constant(0.0)));
-    store(out, 2, both(R::constant(0.0)));
-    // base/z
-    store(out, 4, two(R::constant(0.0), R::constant(1.0)));
-    // base/pitch
-    store(out, 6, two(t9, R::constant(0.0)));
-    store(out, 8, two(t8, t10_11.first()));
-    // right_hip_pitch
-    store(out, 10, two(R::constant(0.0), t4_5.first()));
-    // left_hip_pitch
-    store(out, 12, two(t10_11.second(), R::constant(0.0)));
-    out[4][2] = t4_5.second();
+    *out = [
+        [R::constant(1.0), R::constant(0.0), R::constant(0.0)], // base/x
+        [R::constant(0.0), R::constant(0.0), R::constant(1.0)], // base/z
+        [t9, R::constant(0.0), t8], // base/pitch
+        [t10_11.first(), R::constant(0.0), t4_5.first()], // right_hip_pitch
+        [t10_11.second(), R::constant(0.0), t4_5.second()], // left_hip_pitch
+    ];
 }
 }

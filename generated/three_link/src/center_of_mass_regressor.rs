@@ -3,7 +3,7 @@
 
 use super::{NQ};
 use ::bipedc_runtime::Real;
-use ::bipedc_runtime::lanes::{Two, both, store, two};
+use ::bipedc_runtime::lanes::{Two, both, two};
 use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 
 /// Regressor of total mass times centre of mass, world axes.
@@ -44,130 +44,57 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     let t5_6 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * both(cos_q_base_pitch);
     let t7_8 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), both(sin_q_base_pitch), t5_6);
     let t9_10 = -t7_8;
-    // base/x.m
-    store(out, 0, both(R::constant(0.0)));
-    store(out, 2, both(R::constant(0.0)));
-    // base/x.m*cx
-    store(out, 4, both(R::constant(0.0)));
-    // base/x.m*cy
-    store(out, 6, both(R::constant(0.0)));
-    store(out, 8, both(R::constant(0.0)));
-    // base/x.m*cz
-    store(out, 10, both(R::constant(0.0)));
-    // base/x.Ixx
-    store(out, 12, both(R::constant(0.0)));
-    store(out, 14, both(R::constant(0.0)));
-    // base/x.Ixy
-    store(out, 16, both(R::constant(0.0)));
-    // base/x.Ixz
-    store(out, 18, both(R::constant(0.0)));
-    store(out, 20, both(R::constant(0.0)));
-    // base/x.Iyy
-    store(out, 22, both(R::constant(0.0)));
-    // base/x.Iyz
-    store(out, 24, both(R::constant(0.0)));
-    store(out, 26, both(R::constant(0.0)));
-    // base/x.Izz
-    store(out, 28, both(R::constant(0.0)));
-    // base/z.m
-    store(out, 30, both(R::constant(0.0)));
-    store(out, 32, both(R::constant(0.0)));
-    // base/z.m*cx
-    store(out, 34, both(R::constant(0.0)));
-    // base/z.m*cy
-    store(out, 36, both(R::constant(0.0)));
-    store(out, 38, both(R::constant(0.0)));
-    // base/z.m*cz
-    store(out, 40, both(R::constant(0.0)));
-    // base/z.Ixx
-    store(out, 42, both(R::constant(0.0)));
-    store(out, 44, both(R::constant(0.0)));
-    // base/z.Ixy
-    store(out, 46, both(R::constant(0.0)));
-    // base/z.Ixz
-    store(out, 48, both(R::constant(0.0)));
-    store(out, 50, both(R::constant(0.0)));
-    // base/z.Iyy
-    store(out, 52, both(R::constant(0.0)));
-    // base/z.Iyz
-    store(out, 54, both(R::constant(0.0)));
-    store(out, 56, both(R::constant(0.0)));
-    // base/z.Izz
-    store(out, 58, both(R::constant(0.0)));
-    // torso.m
-    store(out, 60, two(q_base_x, R::constant(0.0)));
-    store(out, 62, two(q_base_z, cos_q_base_pitch));
-    // torso.m*cx
-    store(out, 64, two(R::constant(0.0), t0));
-    // torso.m*cy
-    store(out, 66, two(R::constant(0.0), R::constant(1.0)));
-    store(out, 68, two(R::constant(0.0), sin_q_base_pitch));
-    // torso.m*cz
-    store(out, 70, two(R::constant(0.0), cos_q_base_pitch));
-    // torso.Ixx
-    store(out, 72, both(R::constant(0.0)));
-    store(out, 74, both(R::constant(0.0)));
-    // torso.Ixy
-    store(out, 76, both(R::constant(0.0)));
-    // torso.Ixz
-    store(out, 78, both(R::constant(0.0)));
-    store(out, 80, both(R::constant(0.0)));
-    // torso.Iyy
-    store(out, 82, both(R::constant(0.0)));
-    // torso.Iyz
-    store(out, 84, both(R::constant(0.0)));
-    store(out, 86, both(R::constant(0.0)));
-    // torso.Izz
-    store(out, 88, both(R::constant(0.0)));
-    // right_leg.m
-    store(out, 90, two(q_base_x, R::constant(0.0)));
-    store(out, 92, two(q_base_z, t3_4.second()));
-    // right_leg.m*cx
-    store(out, 94, two(R::constant(0.0), t9_10.second()));
-    // right_leg.m*cy
-    store(out, 96, two(R::constant(0.0), R::constant(1.0)));
-    store(out, 98, two(R::constant(0.0), t7_8.second()));
-    // right_leg.m*cz
-    store(out, 100, two(R::constant(0.0), t3_4.second()));
-    // right_leg.Ixx
-    store(out, 102, both(R::constant(0.0)));
-    store(out, 104, both(R::constant(0.0)));
-    // right_leg.Ixy
-    store(out, 106, both(R::constant(0.0)));
-    // right_leg.Ixz
-    store(out, 108, both(R::constant(0.0)));
-    store(out, 110, both(R::constant(0.0)));
-    // right_leg.Iyy
-    store(out, 112, both(R::constant(0.0)));
-    // right_leg.Iyz
-    store(out, 114, both(R::constant(0.0)));
-    store(out, 116, both(R::constant(0.0)));
-    // right_leg.Izz
-    store(out, 118, both(R::constant(0.0)));
-    // left_leg.m
-    store(out, 120, two(q_base_x, R::constant(0.0)));
-    store(out, 122, two(q_base_z, t3_4.first()));
-    // left_leg.m*cx
-    store(out, 124, two(R::constant(0.0), t9_10.first()));
-    // left_leg.m*cy
-    store(out, 126, two(R::constant(0.0), R::constant(1.0)));
-    store(out, 128, two(R::constant(0.0), t7_8.first()));
-    // left_leg.m*cz
-    store(out, 130, two(R::constant(0.0), t3_4.first()));
-    // left_leg.Ixx
-    store(out, 132, both(R::constant(0.0)));
-    store(out, 134, both(R::constant(0.0)));
-    // left_leg.Ixy
-    store(out, 136, both(R::constant(0.0)));
-    // left_leg.Ixz
-    store(out, 138, both(R::constant(0.0)));
-    store(out, 140, both(R::constant(0.0)));
-    // left_leg.Iyy
-    store(out, 142, both(R::constant(0.0)));
-    // left_leg.Iyz
-    store(out, 144, both(R::constant(0.0)));
-    store(out, 146, both(R::constant(0.0)));
-    // left_leg.Izz
-    store(out, 148, both(R::constant(0.0)));
+    *out = [
+        [R::constant(0.0); 3], // base/x.m
+        [R::constant(0.0); 3], // base/x.m*cx
+        [R::constant(0.0); 3], // base/x.m*cy
+        [R::constant(0.0); 3], // base/x.m*cz
+        [R::constant(0.0); 3], // base/x.Ixx
+        [R::constant(0.0); 3], // base/x.Ixy
+        [R::constant(0.0); 3], // base/x.Ixz
+        [R::constant(0.0); 3], // base/x.Iyy
+        [R::constant(0.0); 3], // base/x.Iyz
+        [R::constant(0.0); 3], // base/x.Izz
+        [R::constant(0.0); 3], // base/z.m
+        [R::constant(0.0); 3], // base/z.m*cx
+        [R::constant(0.0); 3], // base/z.m*cy
+        [R::constant(0.0); 3], // base/z.m*cz
+        [R::constant(0.0); 3], // base/z.Ixx
+        [R::constant(0.0); 3], // base/z.Ixy
+        [R::constant(0.0); 3], // base/z.Ixz
+        [R::constant(0.0); 3], // base/z.Iyy
+        [R::constant(0.0); 3], // base/z.Iyz
+        [R::constant(0.0); 3], // base/z.Izz
+        [q_base_x, R::constant(0.0), q_base_z], // torso.m
+        [cos_q_base_pitch, R::constant(0.0), t0], // torso.m*cx
+        [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // torso.m*cy
+        [sin_q_base_pitch, R::constant(0.0), cos_q_base_pitch], // torso.m*cz
+        [R::constant(0.0); 3], // torso.Ixx
+        [R::constant(0.0); 3], // torso.Ixy
+        [R::constant(0.0); 3], // torso.Ixz
+        [R::constant(0.0); 3], // torso.Iyy
+        [R::constant(0.0); 3], // torso.Iyz
+        [R::constant(0.0); 3], // torso.Izz
+        [q_base_x, R::constant(0.0), q_base_z], // right_leg.m
+        [t3_4.second(), R::constant(0.0), t9_10.second()], // right_leg.m*cx
+        [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // right_leg.m*cy
+        [t7_8.second(), R::constant(0.0), t3_4.second()], // right_leg.m*cz
+        [R::constant(0.0); 3], // right_leg.Ixx
+        [R::constant(0.0); 3], // right_leg.Ixy
+        [R::constant(0.0); 3], // right_leg.Ixz
+        [R::constant(0.0); 3], // right_leg.Iyy
+        [R::constant(0.0); 3], // right_leg.Iyz
+        [R::constant(0.0); 3], // right_leg.Izz
+        [q_base_x, R::constant(0.0), q_base_z], // left_leg.m
+        [t3_4.first(), R::constant(0.0), t9_10.first()], // left_leg.m*cx
+        [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // left_leg.m*cy
+        [t7_8.first(), R::constant(0.0), t3_4.first()], // left_leg.m*cz
+        [R::constant(0.0); 3], // left_leg.Ixx
+        [R::constant(0.0); 3], // left_leg.Ixy
+        [R::constant(0.0); 3], // left_leg.Ixz
+        [R::constant(0.0); 3], // left_leg.Iyy
+        [R::constant(0.0); 3], // left_leg.Iyz
+        [R::constant(0.0); 3], // left_leg.Izz
+    ];
 }
 }

@@ -3,7 +3,7 @@
 
 use super::{NQ, NV};
 use ::bipedc_runtime::Real;
-use ::bipedc_runtime::lanes::{Two, both, store, two};
+use ::bipedc_runtime::lanes::{Two, both, two};
 use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 
 /// `W_T`: `W_Tᵀ v` are the tangential velocities of the contact points, `W_T λ_T` their generalised force.
@@ -38,12 +38,9 @@ pub(super) fn contact_tangential_directions_program<R: Real>(q: &[R; NQ], out: &
     // right_leg, left_leg: pose in the world
     let t0_1 = both(sin_q_base_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
     let t2_3 = R::Two::fused(-both(cos_q_base_pitch), two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t0_1);
-    // right_foot/point_foot/x
-    store(out, 0, two(R::constant(1.0), R::constant(0.0)));
-    store(out, 2, both(t2_3.first()));
-    store(out, 4, two(R::constant(0.0), R::constant(1.0)));
-    // left_foot/point_foot/x
-    store(out, 6, two(R::constant(0.0), t2_3.second()));
-    store(out, 8, two(R::constant(0.0), t2_3.second()));
+    *out = [
+        [R::constant(1.0), R::constant(0.0), t2_3.first(), t2_3.first(), R::constant(0.0)], // right_foot/point_foot/x
+        [R::constant(1.0), R::constant(0.0), t2_3.second(), R::constant(0.0), t2_3.second()], // left_foot/point_foot/x
+    ];
 }
 }

@@ -3,7 +3,7 @@
 
 use super::{NQ, NV};
 use ::bipedc_runtime::Real;
-use ::bipedc_runtime::lanes::{Two, both, store, two};
+use ::bipedc_runtime::lanes::{Two, both, two};
 use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 
 /// Derivatives of the inverse dynamics `[∂τ/∂q, ∂τ/∂v, ∂τ/∂a]`; q in its tangent space, right increment.
@@ -116,58 +116,24 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     let t70 = R::fused(cos_q_base_pitch, t63, -t69); // torso: sums of what it carries
     let t71_72 = both(cos_q_base_pitch) * t61_62;
     let t73_74 = R::Two::fused(both(sin_q_base_pitch), t56_57, t71_72);
-    // q/base/x
-    store(out, 0, both(R::constant(0.0)));
-    store(out, 2, both(R::constant(0.0)));
-    store(out, 4, both(R::constant(0.0)));
-    // q/base/z
-    store(out, 6, both(R::constant(0.0)));
-    store(out, 8, both(R::constant(0.0)));
-    // q/base/pitch
-    store(out, 10, two(t22, t30));
-    store(out, 12, two(t37, t40_41.first()));
-    store(out, 14, two(t40_41.second(), t14_15.first()));
-    // q/right_hip_pitch
-    store(out, 16, two(t25_26.first(), t40_41.first()));
-    store(out, 18, two(t40_41.first(), R::constant(0.0)));
-    // q/left_hip_pitch
-    store(out, 20, two(t14_15.second(), t25_26.second()));
-    store(out, 22, two(t40_41.second(), R::constant(0.0)));
-    store(out, 24, two(t40_41.second(), R::constant(0.0)));
-    // v/base/x
-    store(out, 26, both(R::constant(0.0)));
-    store(out, 28, both(R::constant(0.0)));
-    // v/base/z
-    store(out, 30, both(R::constant(0.0)));
-    store(out, 32, both(R::constant(0.0)));
-    store(out, 34, two(R::constant(0.0), t48));
-    // v/base/pitch
-    store(out, 36, two(t55, R::constant(0.0)));
-    store(out, 38, both(R::constant(0.0)));
-    // v/right_hip_pitch
-    store(out, 40, two(t44_45.first(), t51_52.first()));
-    store(out, 42, both(R::constant(0.0)));
-    store(out, 44, two(R::constant(0.0), t44_45.second()));
-    // v/left_hip_pitch
-    store(out, 46, two(t51_52.second(), R::constant(0.0)));
-    store(out, 48, both(R::constant(0.0)));
-    // a/base/x
-    store(out, 50, two(R::constant(35.0), R::constant(0.0)));
-    store(out, 52, two(t64, t67_68.first()));
-    store(out, 54, two(t67_68.second(), R::constant(0.0)));
-    // a/base/z
-    store(out, 56, two(R::constant(35.0), t70));
-    store(out, 58, two(t73_74.first(), t73_74.second()));
-    // a/base/pitch
-    store(out, 60, two(t64, t70));
-    store(out, 62, two(R::constant(5.0002), R::constant(1.2501)));
-    store(out, 64, two(R::constant(1.2501), t67_68.first()));
-    // a/right_hip_pitch
-    store(out, 66, two(t73_74.first(), R::constant(1.2501)));
-    store(out, 68, two(R::constant(1.2501), R::constant(0.0)));
-    // a/left_hip_pitch
-    store(out, 70, two(t67_68.second(), t73_74.second()));
-    store(out, 72, two(R::constant(1.2501), R::constant(0.0)));
-    out[14][4] = R::constant(1.2501);
+    *out = [
+        [R::constant(0.0); NV], // q/base/x
+        [R::constant(0.0); NV], // q/base/z
+        [t22, t30, t37, t40_41.first(), t40_41.second()], // q/base/pitch
+        [t14_15.first(), t25_26.first(), t40_41.first(), t40_41.first(), R::constant(0.0)], // q/right_hip_pitch
+        [t14_15.second(), t25_26.second(), t40_41.second(), R::constant(0.0), t40_41.second()], // q/left_hip_pitch
+        [R::constant(0.0); NV], // v/base/x
+        [R::constant(0.0); NV], // v/base/z
+        [t48, t55, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // v/base/pitch
+        [t44_45.first(), t51_52.first(), R::constant(0.0), R::constant(0.0), R::constant(0.0)], // v/right_hip_pitch
+        [t44_45.second(), t51_52.second(), R::constant(0.0), R::constant(0.0), R::constant(0.0)], // v/left_hip_pitch
+        [R::constant(35.0), R::constant(0.0), t64, t67_68.first(), t67_68.second()], // a/base/x
+        [R::constant(0.0), R::constant(35.0), t70, t73_74.first(), t73_74.second()], // a/base/z
+        [t64, t70, R::constant(5.0002), R::constant(1.2501), R::constant(1.2501)], // a/base/pitch
+        // a/right_hip_pitch
+        [t67_68.first(), t73_74.first(), R::constant(1.2501), R::constant(1.2501), R::constant(0.0)],
+        // a/left_hip_pitch
+        [t67_68.second(), t73_74.second(), R::constant(1.2501), R::constant(0.0), R::constant(1.2501)],
+    ];
 }
 }

@@ -3,7 +3,7 @@
 
 use super::{NQ, NV};
 use ::bipedc_runtime::Real;
-use ::bipedc_runtime::lanes::{Two, both, store, two};
+use ::bipedc_runtime::lanes::{Two, both, two};
 use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 
 /// Mass matrix `D`, symmetric, all entries.
@@ -44,23 +44,12 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     let t9 = t4_5.second() + t4_5.first(); // right_leg: sums of what it carries
     let t10 = R::fused(R::constant(5.0), cos_q_base_pitch, -t6); // torso: sums of what it carries
     let t11 = R::fused(R::constant(-5.0), sin_q_base_pitch, t9); // torso: sums of what it carries
-    // base/x
-    store(out, 0, two(R::constant(35.0), R::constant(0.0)));
-    store(out, 2, two(t10, t7_8.first()));
-    store(out, 4, two(t7_8.second(), R::constant(0.0)));
-    // base/z
-    store(out, 6, two(R::constant(35.0), t11));
-    store(out, 8, two(t4_5.first(), t4_5.second()));
-    // base/pitch
-    store(out, 10, two(t10, t11));
-    store(out, 12, two(R::constant(5.0002), R::constant(1.2501)));
-    store(out, 14, two(R::constant(1.2501), t7_8.first()));
-    // right_hip_pitch
-    store(out, 16, two(t4_5.first(), R::constant(1.2501)));
-    store(out, 18, two(R::constant(1.2501), R::constant(0.0)));
-    // left_hip_pitch
-    store(out, 20, two(t7_8.second(), t4_5.second()));
-    store(out, 22, two(R::constant(1.2501), R::constant(0.0)));
-    out[4][4] = R::constant(1.2501);
+    *out = [
+        [R::constant(35.0), R::constant(0.0), t10, t7_8.first(), t7_8.second()], // base/x
+        [R::constant(0.0), R::constant(35.0), t11, t4_5.first(), t4_5.second()], // base/z
+        [t10, t11, R::constant(5.0002), R::constant(1.2501), R::constant(1.2501)], // base/pitch
+        [t7_8.first(), t4_5.first(), R::constant(1.2501), R::constant(1.2501), R::constant(0.0)], // right_hip_pitch
+        [t7_8.second(), t4_5.second(), R::constant(1.2501), R::constant(0.0), R::constant(1.2501)], // left_hip_pitch
+    ];
 }
 }

@@ -3,7 +3,6 @@
 
 use super::{NQ};
 use ::bipedc_runtime::Real;
-use ::bipedc_runtime::lanes::{store, two};
 use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 
 /// Rotation: columns are the frame's axes in the world.
@@ -42,14 +41,11 @@ pub(super) fn rotation_of_left_leg_program<R: Real>(q: &[R; NQ], out: &mut [[R; 
     let t2 = sin_q_base_pitch * sin_q_left_hip_pitch;
     let t3 = R::fused(cos_q_base_pitch, cos_q_left_hip_pitch, -t2);
     let t4 = -t1;
-    // x
-    store(out, 0, two(t3, R::constant(0.0)));
-    store(out, 2, two(t4, R::constant(0.0)));
-    // y
-    store(out, 4, two(R::constant(1.0), R::constant(0.0)));
-    // z
-    store(out, 6, two(t1, R::constant(0.0)));
-    out[2][2] = t3;
+    *out = [
+        [t3, R::constant(0.0), t4], // x
+        [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // y
+        [t1, R::constant(0.0), t3], // z
+    ];
 }
 }
 
@@ -89,14 +85,11 @@ pub(super) fn rotation_of_right_leg_program<R: Real>(q: &[R; NQ], out: &mut [[R;
     let t2 = sin_q_base_pitch * sin_q_right_hip_pitch;
     let t3 = R::fused(cos_q_base_pitch, cos_q_right_hip_pitch, -t2);
     let t4 = -t1;
-    // x
-    store(out, 0, two(t3, R::constant(0.0)));
-    store(out, 2, two(t4, R::constant(0.0)));
-    // y
-    store(out, 4, two(R::constant(1.0), R::constant(0.0)));
-    // z
-    store(out, 6, two(t1, R::constant(0.0)));
-    out[2][2] = t3;
+    *out = [
+        [t3, R::constant(0.0), t4], // x
+        [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // y
+        [t1, R::constant(0.0), t3], // z
+    ];
 }
 }
 
@@ -136,14 +129,11 @@ pub(super) fn rotation_of_right_foot_point_foot_program<R: Real>(q: &[R; NQ], ou
     let t2 = sin_q_base_pitch * sin_q_right_hip_pitch;
     let t3 = R::fused(cos_q_base_pitch, cos_q_right_hip_pitch, -t2);
     let t4 = -t1;
-    // x
-    store(out, 0, two(t3, R::constant(0.0)));
-    store(out, 2, two(t4, R::constant(0.0)));
-    // y
-    store(out, 4, two(R::constant(1.0), R::constant(0.0)));
-    // z
-    store(out, 6, two(t1, R::constant(0.0)));
-    out[2][2] = t3;
+    *out = [
+        [t3, R::constant(0.0), t4], // x
+        [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // y
+        [t1, R::constant(0.0), t3], // z
+    ];
 }
 }
 
@@ -183,13 +173,10 @@ pub(super) fn rotation_of_left_foot_point_foot_program<R: Real>(q: &[R; NQ], out
     let t2 = sin_q_base_pitch * sin_q_left_hip_pitch;
     let t3 = R::fused(cos_q_base_pitch, cos_q_left_hip_pitch, -t2);
     let t4 = -t1;
-    // x
-    store(out, 0, two(t3, R::constant(0.0)));
-    store(out, 2, two(t4, R::constant(0.0)));
-    // y
-    store(out, 4, two(R::constant(1.0), R::constant(0.0)));
-    // z
-    store(out, 6, two(t1, R::constant(0.0)));
-    out[2][2] = t3;
+    *out = [
+        [t3, R::constant(0.0), t4], // x
+        [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // y
+        [t1, R::constant(0.0), t3], // z
+    ];
 }
 }

@@ -3,7 +3,6 @@
 
 use super::{NQ};
 use ::bipedc_runtime::Real;
-use ::bipedc_runtime::lanes::{both, store, two};
 use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 
 /// Regressor of the motor torques less the rotors' share: viscous frictions, then spring stiffnesses.
@@ -58,32 +57,22 @@ pub(super) fn drive_regressor_program<R: Real>(q: &[R; NQ], motor_q: &[R; 6], mo
     let t6 = R::constant(0.00018018018018018018) * mq_right_ankle_pitch;
     let t7 = R::fused(R::constant(-0.04), q_right_ankle_pitch, t6);
     let t8 = R::constant(0.00018018018018018018) * t7;
-    // right_hip_yaw.viscous_friction
-    store(out, 0, two(mv_right_hip_yaw, R::constant(0.0)));
-    store(out, 2, both(R::constant(0.0)));
-    store(out, 4, both(R::constant(0.0)));
-    // right_hip_roll.viscous_friction
-    store(out, 6, two(mv_right_hip_roll, R::constant(0.0)));
-    store(out, 8, both(R::constant(0.0)));
-    // right_hip_pitch.viscous_friction
-    store(out, 10, both(R::constant(0.0)));
-    store(out, 12, two(mv_right_hip_pitch, R::constant(0.0)));
-    store(out, 14, both(R::constant(0.0)));
-    // right_knee_pitch.viscous_friction
-    store(out, 16, both(R::constant(0.0)));
-    store(out, 18, two(mv_right_knee_pitch, R::constant(0.0)));
-    // right_ankle_pitch.viscous_friction
-    store(out, 20, both(R::constant(0.0)));
-    store(out, 22, both(R::constant(0.0)));
-    store(out, 24, two(mv_right_ankle_pitch, R::constant(0.0)));
-    // right_hip_pitch.spring_stiffness
-    store(out, 26, two(R::constant(0.0), t2));
-    store(out, 28, both(R::constant(0.0)));
-    // right_knee_pitch.spring_stiffness
-    store(out, 30, both(R::constant(0.0)));
-    store(out, 32, two(R::constant(0.0), t5));
-    store(out, 34, both(R::constant(0.0)));
-    // right_ankle_pitch.spring_stiffness
-    store(out, 36, both(R::constant(0.0)));
-    store(out, 38, two(R::constant(0.0), t8));
+    *out = [
+        // right_hip_yaw.viscous_friction
+        [mv_right_hip_yaw, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)],
+        // right_hip_roll.viscous_friction
+        [R::constant(0.0), mv_right_hip_roll, R::constant(0.0), R::constant(0.0), R::constant(0.0)],
+        // right_hip_pitch.viscous_friction
+        [R::constant(0.0), R::constant(0.0), mv_right_hip_pitch, R::constant(0.0), R::constant(0.0)],
+        // right_knee_pitch.viscous_friction
+        [R::constant(0.0), R::constant(0.0), R::constant(0.0), mv_right_knee_pitch, R::constant(0.0)],
+        // right_ankle_pitch.viscous_friction
+        [R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), mv_right_ankle_pitch],
+        // right_hip_pitch.spring_stiffness
+        [R::constant(0.0), R::constant(0.0), t2, R::constant(0.0), R::constant(0.0)],
+        // right_knee_pitch.spring_stiffness
+        [R::constant(0.0), R::constant(0.0), R::constant(0.0), t5, R::constant(0.0)],
+        // right_ankle_pitch.spring_stiffness
+        [R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), t8],
+    ];
 }

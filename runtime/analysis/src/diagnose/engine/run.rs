@@ -233,7 +233,7 @@ fn estimated(
             refine(data(regression, teaches), effects, &[], spread(regression, outcome.corrected))
         };
         let mut refined = refine(effects);
-        if !regression.described.is_empty() {
+        if regression.described.iter().any(Option::is_some) {
             refined = from_what_is_described(regression, outcome, refined, teaches);
         }
         let Some(Insignificant { effect, impossible }) = insignificant(regression, outcome, &refined) else {
@@ -280,8 +280,14 @@ fn from_what_is_described(
     let (data, spread) = (data(regression, teaches), spread(regression, outcome.corrected));
     let described = from_description(regression, outcome);
     let refined = likelier(data, spread, [refine(data, described.clone(), &[], spread), refined]);
-    let of_effect = |(k, was): (usize, &Effect)| {
-        let untold = refined.half_width[k].iter().filter(|(name, half)| !(*half < was.value(name).abs()));
+    let of_effect = |(k, was): (usize, &Option<Effect>)| {
+        let Some(was) = was else { return Vec::new() };
+        let found = &refined.effects[k];
+        let is_untold = |(name, half): &&(String, f64)| {
+            let size = was.value(name).abs().max(found.value(name).abs());
+            !half.is_finite() || (was.value(name) != 0.0 && *half > size)
+        };
+        let untold = refined.half_width[k].iter().filter(is_untold);
         untold.map(|(name, _)| (k, name.clone())).collect::<Vec<_>>()
     };
     let held: Vec<(usize, String)> = regression.described.iter().enumerate().flat_map(of_effect).collect();

@@ -60,8 +60,8 @@ pub(crate) struct Regression<'a> {
     pub banned: Vec<usize>,
     /// Candidates that stand whatever the data say; first in every list of active ones.
     pub standing: Vec<usize>,
-    /// The same as they are described.
-    pub described: Vec<Effect>,
+    /// The same as they are described, where all values are stated.
+    pub described: Vec<Option<Effect>>,
 }
 
 /// A fit and what it costs.
@@ -320,7 +320,9 @@ impl<'a> Regression<'a> {
             match tried.min_by(|a, b| a.1.total_cmp(&b.1)) {
                 Some((best, _)) => {
                     self.standing.push(best);
-                    self.described.push(effect.clone());
+                    let is_stated = |name: &str| effect.parameters.contains_key(name);
+                    let is_whole = effect.kind.estimated().all(|parameter| is_stated(parameter.name));
+                    self.described.push(is_whole.then(|| effect.clone()));
                 }
                 None => left_out.push(effect),
             }

@@ -31,7 +31,11 @@ pub(crate) fn spread<'r>(regression: &'r Regression<'_>, corrected: bool) -> Opt
 /// stay there.
 pub(crate) fn from_description(regression: &Regression<'_>, outcome: &Outcome) -> Vec<Effect> {
     let mut effects = estimates(regression, outcome);
-    effects.iter_mut().zip(&regression.described).for_each(|(effect, was)| effect.clone_from(was));
+    for (effect, was) in effects.iter_mut().zip(&regression.described) {
+        if let Some(was) = was {
+            effect.clone_from(was);
+        }
+    }
     effects
 }
 
