@@ -126,7 +126,7 @@ pub fn program(model: &CompiledModel, way: &Way<'_>, f: &Function, pairs: &[Opti
     code.statements(text, p.angles_ready..p.instructions.len());
     if at_once {
         others(&code, 0..p.outputs.len(), text)
-    } else if f.rows.len() % 2 == 0 && zeros_between(&p.outputs) >= MANY_ZEROS {
+    } else if f.rows.len().is_multiple_of(2) && zeros_between(&p.outputs) >= MANY_ZEROS {
         outputs_by_twos(&code, f, text)
     } else {
         outputs(&code, f, text)
