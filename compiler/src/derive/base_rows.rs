@@ -97,7 +97,7 @@ impl<'g> BaseRows<'g> {
 
     /// Linear momentum, and angular momentum about the centre of mass, world axes.
     pub fn centroidal_momentum(&self, model: &RobotModel<'g, '_>) -> Wrench<'g> {
-        let sum = times_rates(model, "centroidal momentum", |k| {
+        let sum = times_rates(model, |k| {
             let (linear, angular) = self.columns[k];
             Wrench { linear, angular }
         });

@@ -171,22 +171,20 @@ pub fn centroidal_momentum_matrix<'g>(model: &RobotModel<'g, '_>) -> Vec<Wrench<
 
 /// Momentum from a matrix of its columns.
 pub fn momentum_from_matrix<'g>(model: &RobotModel<'g, '_>, columns: &[Wrench<'g>]) -> Wrench<'g> {
-    times_rates(model, "centroidal momentum", |k| columns[k])
+    times_rates(model, |k| columns[k])
 }
 
-/// Sum of columns times elements of `v`, limb by limb from its end on: what limbs of the same make add up is computed for both at once.
-pub fn times_rates<'g>(
-    model: &RobotModel<'g, '_>,
-    quantity: &'static str,
-    column: impl Fn(usize) -> Wrench<'g>,
-) -> Wrench<'g> {
+/// Momentum (kg m/s, kg m²/s) from a column for each element of `v`, about the point and in the axes of the columns.
+///
+/// Summed limb by limb from its end on: what limbs of the same make add up is computed for both at once.
+pub fn times_rates<'g>(model: &RobotModel<'g, '_>, column: impl Fn(usize) -> Wrench<'g>) -> Wrench<'g> {
     let plus =
         |a: Wrench<'g>, b: Wrench<'g>| Wrench { linear: a.linear + b.linear, angular: a.angular + b.angular };
     let zero = Wrench { linear: model.zero3(), angular: model.zero3() };
     let mut carried = vec![zero; model.tree.bodies.len()];
     let mut sum = zero;
     for (index, body) in model.tree.bodies.iter().enumerate().rev() {
-        let _work = model.work(index, quantity);
+        let _work = model.work(index, "centroidal momentum");
         let own = (body.v_index..body.v_index + body.motion.nv()).map(|k| {
             let (rate, column) = (model.input(Argument::V, k), column(k));
             Wrench { linear: column.linear.scale(rate), angular: column.angular.scale(rate) }

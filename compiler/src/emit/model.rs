@@ -75,8 +75,8 @@ pub fn model(compiled: &CompiledModel, options: &Options) -> Model {
 
 /// What statements need that compute two values at once.
 fn twin_imports(functions: &str, text: &mut Text) {
-    let used: Vec<&str> =
-        ["both", "store", "two"].into_iter().filter(|name| functions.contains(&format!("{name}("))).collect();
+    let called = [("both", "both("), ("store", "store(out, "), ("two", "two(")];
+    let used = called.into_iter().filter(|(_, call)| functions.contains(call)).map(|(name, _)| name);
     let uses_methods =
         ["first()", "second()", "swapped()", "R::Two::"].iter().any(|what| functions.contains(what));
     let names: Vec<&str> = uses_methods.then_some("Two").into_iter().chain(used).collect();

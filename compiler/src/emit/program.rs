@@ -126,7 +126,7 @@ pub fn program(model: &CompiledModel, way: &Way<'_>, f: &Function, pairs: &[Opti
     code.statements(text, p.angles_ready..p.instructions.len());
     if at_once {
         others(&code, 0..p.outputs.len(), text)
-    } else if f.rows.len().is_multiple_of(2) && zeros_between(&p.outputs) >= MANY_ZEROS {
+    } else if stores_by_twos(f) {
         outputs_by_twos(&code, f, text)
     } else {
         outputs(&code, f, text)
@@ -154,43 +154,28 @@ pub fn others(code: &Code<'_>, places: impl IntoIterator<Item = usize>, text: &m
     given.for_each(|place| text.line(&code.store(place)));
 }
 
-/// So many values with a zero beside them are stored together with it; not where two elements may be of two columns: to bring those together takes as long
-/// as to store both.
+/// So many values with a zero beside them are stored together with it.
 const MANY_ZEROS: usize = 3;
 
-/// Of a result in twos from its first element on: those of a value and a zero.
-fn zeros_between(outputs: &[Operand]) -> usize {
+/// Whether entries of the result are stored two by two: many are a value and a zero, and none are of two columns, which to bring together takes as long as to store
+/// both.
+fn stores_by_twos(f: &Function) -> bool {
     let zero = |o: &Operand| *o == Operand::Constant(0.0);
-    outputs.chunks_exact(2).filter(|two| zero(&two[0]) != zero(&two[1])).count()
+    let twos = f.program.outputs.chunks_exact(2);
+    let mixed = twos.filter(|two| zero(&two[0]) != zero(&two[1])).count();
+    !f.rows.is_empty() && f.rows.len().is_multiple_of(2) && mixed >= MANY_ZEROS
 }
 
 /// `store(out, 4, two(…, …));`, two elements after two: as many stores as values take that long.
 fn outputs_by_twos(code: &Code<'_>, f: &Function, text: &mut Text) {
-    let rows = f.rows.len().max(1);
-    let mut named = None;
-    for (k, pair) in code.program.outputs.chunks(2).enumerate() {
-        let name = f.columns.get(2 * k / rows);
-        if name != named {
-            named = name;
-            name.into_iter()
-                .for_each(|name| text.filled(("// ", "// "), harmless(name).split(' ').map(str::to_owned)));
+    let rows = f.rows.len();
+    for (at, pair) in (0..).step_by(2).zip(code.program.outputs.chunks_exact(2)) {
+        if let Some(name) = f.columns.get(at / rows).filter(|_| at % rows == 0) {
+            text.filled(("// ", "// "), harmless(name).split(' ').map(str::to_owned));
         }
-        match pair {
-            [a, b] if a == b => text.line(&format!("store(out, {}, both({}));", 2 * k, code.operand(*a))),
-            [a, b] => {
-                text.line(&format!(
-                    "store(out, {}, two({}, {}));",
-                    2 * k,
-                    code.operand(*a),
-                    code.operand(*b)
-                ));
-            }
-            [last] => {
-                let at = 2 * k;
-                text.line(&format!("out[{}][{}] = {};", at / rows, at % rows, code.operand(*last)));
-            }
-            _ => {}
-        }
+        let [a, b] = [0, 1].map(|k| code.operand(pair[k]));
+        let values = if pair[0] == pair[1] { format!("both({a})") } else { format!("two({a}, {b})") };
+        text.line(&format!("store(out, {at}, {values});"));
     }
 }
 

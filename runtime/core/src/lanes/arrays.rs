@@ -9,7 +9,7 @@ use super::x86::{FusedF32x4, FusedF32x8, FusedF64x2, FusedF64x4};
 use super::{F32x4, F32x8, F64x2, F64x4};
 #[cfg(all(feature = "dispatch", target_arch = "x86_64", not(target_feature = "fma")))]
 use super::{FusedF32, FusedF64};
-#[cfg(all(feature = "dispatch", target_arch = "x86_64", not(target_feature = "fma")))]
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 use crate::math::kernel::common;
 use crate::math::kernel::{Kernel, any};
 
@@ -25,11 +25,12 @@ pub(crate) fn each<V: Kernel, const N: usize>(angles: [V; N]) -> ([V; N], [V; N]
 
 /// Scalars packed into lanes: blocks of the wide type, then what is left, padded.
 ///
-/// Each block has its own branch to the slow path: one for all would pass the array on by reference, and
-/// keep it in memory where the fast path wants it in registers.
+/// Not `together`: each block has its own branch to the slow path; compiled for a better target, branches between them keep the compiler from joining
+/// scalars to registers of 512 bits. `together`: one for all, by which constants are loaded once. Blocks go to the slow path by value either way: the
+/// array would be passed by reference, and kept in memory where the fast path wants it in registers.
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 macro_rules! packed {
-    ($inline:meta, $name:ident, $scalar:ident, $narrow:ident $half:literal, $wide:ident $full:literal) => {
+    ($inline:meta, $name:ident, $scalar:ident, $narrow:ident $half:literal, $wide:ident $full:literal, $together:literal) => {
         /// Angles packed into lanes, the same bits as one by one.
         #[$inline]
         pub(crate) fn $name<const N: usize>(angles: [$scalar; N]) -> ([$scalar; N], [$scalar; N]) {
@@ -37,21 +38,47 @@ macro_rules! packed {
             let (blocks, rest) = angles.as_chunks::<$full>();
             let (sine_blocks, sine_rest) = sines.as_chunks_mut::<$full>();
             let (cosine_blocks, cosine_rest) = cosines.as_chunks_mut::<$full>();
-            for ((x, sine), cosine) in blocks.iter().zip(sine_blocks).zip(cosine_blocks) {
-                let (s, c) = any($wide::from_array(*x));
-                (*sine, *cosine) = (s.to_array(), c.to_array());
+            // Which of these is left is known at compile time.
+            let (wide, narrow) = (N % $full > $half, N % $full > 1);
+            // Every block by a function of lanes, a scalar that is left by one of scalars.
+            macro_rules! each {
+                ($lanes:path, $one:path) => {
+                    for ((x, sine), cosine) in blocks.iter().zip(sine_blocks).zip(cosine_blocks) {
+                        let (s, c) = $lanes($wide::from_array(*x));
+                        (*sine, *cosine) = (s.to_array(), c.to_array());
+                    }
+                    if wide {
+                        let (s, c) = $lanes($wide::from_array(padded(rest)));
+                        unpad(&s.to_array(), sine_rest);
+                        unpad(&c.to_array(), cosine_rest);
+                    } else if narrow {
+                        let (s, c) = $lanes($narrow::from_array(padded(rest)));
+                        unpad(&s.to_array(), sine_rest);
+                        unpad(&c.to_array(), cosine_rest);
+                    } else if let ([x], [sine], [cosine]) = (rest, sine_rest, cosine_rest) {
+                        (*sine, *cosine) = $one(*x);
+                    }
+                };
             }
-            // Which of these runs is known at compile time.
-            if N % $full > $half {
-                let (s, c) = any($wide::from_array(padded(rest)));
-                unpad(&s.to_array(), sine_rest);
-                unpad(&c.to_array(), cosine_rest);
-            } else if N % $full > 1 {
-                let (s, c) = any($narrow::from_array(padded(rest)));
-                unpad(&s.to_array(), sine_rest);
-                unpad(&c.to_array(), cosine_rest);
-            } else if let ([x], [sine], [cosine]) = (rest, sine_rest, cosine_rest) {
-                (*sine, *cosine) = any(*x);
+            // No short circuit: the comparisons merge into one branch.
+            let within = || {
+                let blocks = blocks.iter().fold(true, |all, x| all & $wide::from_array(*x).within());
+                let rest = if wide {
+                    $wide::from_array(padded(rest)).within()
+                } else if narrow {
+                    $narrow::from_array(padded(rest)).within()
+                } else {
+                    rest.iter().all(|x| x.within())
+                };
+                blocks & rest
+            };
+            const TOGETHER: bool = $together;
+            if !TOGETHER {
+                each!(any, any);
+            } else if within() {
+                each!(common, common);
+            } else {
+                each!(Kernel::lane_by_lane, any);
             }
             (sines, cosines)
         }
@@ -79,70 +106,14 @@ fn unpad<T: Copy, const N: usize>(block: &[T; N], values: &mut [T]) {
 }
 
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
-packed!(inline, all_f64, f64, F64x2 2, F64x4 4);
+packed!(inline, all_f64, f64, F64x2 2, F64x4 4, false);
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
-packed!(inline, all_f32, f32, F32x4 4, F32x8 8);
-/// The same at a level: one branch for all of them, by which constants are loaded once.
-///
-/// Compiled for a better target, the branches of [`packed`] are worth what they cost: between them the compiler joins fewer scalars
-/// to registers of 512 bits.
+packed!(inline, all_f32, f32, F32x4 4, F32x8 8, false);
+// Instructions of a better processor: never in a function of their own, which would be compiled without them.
 #[cfg(all(feature = "dispatch", target_arch = "x86_64", not(target_feature = "fma")))]
-macro_rules! packed_together {
-    ($name:ident, $scalar:ident, $narrow:ident $half:literal, $wide:ident $full:literal) => {
-        /// Angles packed into lanes, the same bits as one by one.
-        // Instructions of a better processor: never in a function of their own, which would be compiled without them.
-        #[inline(always)]
-        pub(crate) fn $name<const N: usize>(angles: [$scalar; N]) -> ([$scalar; N], [$scalar; N]) {
-            let (blocks, rest) = angles.as_chunks::<$full>();
-            // Which of these there is, is known at compile time.
-            let (wide, narrow) = (N % $full > $half, (2..=$half).contains(&(N % $full)));
-            let mut within = true;
-            for x in blocks {
-                within &= $wide::from_array(*x).within();
-            }
-            if wide {
-                within &= $wide::from_array(padded(rest)).within();
-            } else if narrow {
-                within &= $narrow::from_array(padded(rest)).within();
-            } else if let [x] = rest {
-                within &= x.within();
-            }
-            let (mut sines, mut cosines) = ([$scalar::default(); N], [$scalar::default(); N]);
-            let (sine_blocks, sine_rest) = sines.as_chunks_mut::<$full>();
-            let (cosine_blocks, cosine_rest) = cosines.as_chunks_mut::<$full>();
-            macro_rules! all {
-                ($lanes:path, $one:path) => {
-                    for ((x, sine), cosine) in blocks.iter().zip(sine_blocks).zip(cosine_blocks) {
-                        let (s, c) = $lanes($wide::from_array(*x));
-                        (*sine, *cosine) = (s.to_array(), c.to_array());
-                    }
-                    if wide {
-                        let (s, c) = $lanes($wide::from_array(padded(rest)));
-                        unpad(&s.to_array(), sine_rest);
-                        unpad(&c.to_array(), cosine_rest);
-                    } else if narrow {
-                        let (s, c) = $lanes($narrow::from_array(padded(rest)));
-                        unpad(&s.to_array(), sine_rest);
-                        unpad(&c.to_array(), cosine_rest);
-                    } else if let ([x], [sine], [cosine]) = (rest, sine_rest, cosine_rest) {
-                        (*sine, *cosine) = $one(*x);
-                    }
-                };
-            }
-            if within {
-                all!(common, common);
-            } else {
-                all!(Kernel::lane_by_lane, any);
-            }
-            (sines, cosines)
-        }
-    };
-}
-
+packed!(inline(always), all_fused_f64, FusedF64, FusedF64x2 2, FusedF64x4 4, true);
 #[cfg(all(feature = "dispatch", target_arch = "x86_64", not(target_feature = "fma")))]
-packed_together!(all_fused_f64, FusedF64, FusedF64x2 2, FusedF64x4 4);
-#[cfg(all(feature = "dispatch", target_arch = "x86_64", not(target_feature = "fma")))]
-packed_together!(all_fused_f32, FusedF32, FusedF32x4 4, FusedF32x8 8);
+packed!(inline(always), all_fused_f32, FusedF32, FusedF32x4 4, FusedF32x8 8, true);
 
 /// Scalars in loops that the compiler can vectorise, with one branch for all of them.
 #[cfg(not(all(target_arch = "x86_64", target_feature = "sse2")))]

@@ -62,7 +62,7 @@ macro_rules! register {
         $to_bits:ident $from_bits:ident $set1_bits:ident($int:ty) $and:ident $xor:ident
         $add_bits:ident $sub_bits:ident $shift:ident $top:literal;
         $limit:path, |$x:ident, $bound:ident| $within:expr $(;
-        $load:ident of $count:literal)?
+        coefficients $load:ident)?
     ) => {
         $(#[$doc])*
         #[derive(Clone, Copy)]
@@ -199,10 +199,11 @@ macro_rules! register {
             $(
                 #[inline(always)]
                 fn coefficient(k: usize) -> Self {
-                    static TABLE: Table<[$primitive; $lanes], $count> = {
-                        let mut table = [[0.0; $lanes]; $count];
+                    const COUNT: usize = <$scalar as Element>::COEFFICIENTS.len();
+                    static TABLE: Table<[$primitive; $lanes], COUNT> = {
+                        let mut table = [[0.0; $lanes]; COUNT];
                         let mut k = 0;
-                        while k < $count {
+                        while k < COUNT {
                             table[k] = [<$scalar as Element>::COEFFICIENTS[k] as $primitive; $lanes];
                             k += 1;
                         }
@@ -316,7 +317,7 @@ register! {
     _mm256_add_epi64 _mm256_sub_epi64 _mm256_slli_epi64 62;
     crate::math::COMMON_RANGE_F64,
     |x, bound| _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LE_OQ>(x, bound)) == 0b1111;
-    _mm256_load_pd of 14
+    coefficients _mm256_load_pd
 }
 
 #[cfg(all(feature = "dispatch", not(target_feature = "fma")))]
@@ -328,5 +329,5 @@ register! {
     _mm256_add_epi32 _mm256_sub_epi32 _mm256_slli_epi32 30;
     crate::math::COMMON_RANGE_F32,
     |x, bound| _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(x, bound)) == 0xff;
-    _mm256_load_ps of 8
+    coefficients _mm256_load_ps
 }

@@ -30,7 +30,7 @@ pub(crate) trait Element: Kernel {
     const PARTS: &'static [f64];
     /// The same where products are not rounded.
     const FUSED_PARTS: &'static [f64];
-    /// Of the polynomials.
+    /// Of the polynomials, from the highest power on: those of the sine, then those of the cosine.
     const COEFFICIENTS: &'static [f64];
     /// Sine and cosine of |y| ≤ π/4.
     fn polynomials<V: Kernel>(y: V) -> (V, V);
@@ -70,7 +70,7 @@ impl Element for f64 {
         &[1.5707963267341256, 6.077094383272197e-11, 6.12323399538461e-17, 3.5215598651832e-27]
     };
 
-    // The minimax coefficients of fdlibm, from the highest power on: of the sine, then of the cosine.
+    // The minimax coefficients of fdlibm.
     const COEFFICIENTS: &'static [f64] = &[
         1.589_690_995_211_55e-10,
         -2.505_076_025_340_686_3e-8,
@@ -116,7 +116,7 @@ impl Element for f32 {
         &[1.5706787109375, 0.0001175999641418457, 1.5892510418780148e-08, 7.443547731314504e-13]
     };
 
-    // Those of Cephes, in the same order.
+    // Those of Cephes.
     const COEFFICIENTS: &'static [f64] = &[
         -1.951_529_589_1e-4,
         8.332_160_873_6e-3,

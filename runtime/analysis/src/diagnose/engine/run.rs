@@ -182,7 +182,7 @@ fn concluded(
         let conclusion = Conclusion { regression, outcome, settled: &settled };
         let diagnosis = conclusion.write(regression.train, validation);
         let Some(k) = conclusion.idle(&diagnosis).filter(|_| left > 0) else {
-            let better = conclusion.surpassed().filter(|_| left > 0);
+            let better = if left > 0 { conclusion.surpassed() } else { None };
             if !better.is_some_and(|(k, c)| put_candidate(regression, outcome, k, c)) {
                 return diagnosis;
             }

@@ -17,23 +17,25 @@ impl Regression<'_> {
         let payloads: Vec<usize> = (0..self.candidates.len()).filter(is_payload).collect();
         if active.iter().any(|c| payloads.contains(c)) {
             for c in payloads {
-                let own = active.contains(&c);
-                let beside = if own { active.to_vec() } else { self.in_place_of_others(c, active) };
-                let found = self.linearised(c, &beside, corrected, None);
+                let found = self.linearised(c, &self.beside(c, active), corrected, None);
                 self.replace(c, found);
             }
             return;
         }
         // None of them has anything to do with another.
         let found = parallel(payloads.len(), |k| {
-            let beside = self.in_place_of_others(payloads[k], active);
-            self.linearised(payloads[k], &beside, corrected, None)
+            let c = payloads[k];
+            self.linearised(c, &self.beside(c, active), corrected, None)
         });
         payloads.into_iter().zip(found).for_each(|(c, found)| self.replace(c, found));
     }
 
-    /// What stands beside a payload in the place of what else makes its link another body: beside it no data would tell the payload.
-    fn in_place_of_others(&self, payload: usize, active: &[usize]) -> Vec<usize> {
+    /// What stands beside a payload: all that is active, or, where it would enter in its place, all but what else makes its link another body; beside that no
+    /// data would tell it.
+    fn beside(&self, payload: usize, active: &[usize]) -> Vec<usize> {
+        if active.contains(&payload) {
+            return active.to_vec();
+        }
         let form = |c: usize| &self.candidates[c].form;
         let is_other = |c: usize| {
             form(c).location == form(payload).location

@@ -117,7 +117,7 @@ pub(crate) fn likelier(data: Data<'_>, spread: Option<&Spread>, [one, other]: [R
         let corners = corners_of(data.judge, &refined.effects, NEAREST);
         judged_error(data, &corners, refined, spread)
     });
-    // An error that is no number is less than none.
+    // An estimate that ran away may leave what is no number.
     if of_one <= of_other || !of_other.is_finite() { one } else { other }
 }
 

@@ -88,15 +88,17 @@ pub(crate) fn apply(effects: &[Effect], unknowns: &[Unknown], steps: &[f64]) -> 
 
 /// Rows are linear in a payload's mass and in mass times position, not in its position: the step is taken there. A mass that vanished would have no place any more.
 fn by_moments(from: &Effect, to: &mut Effect) {
-    /// At most by so much a mass falls in a step.
+    /// To no less than this part of itself a mass falls in a step.
     const LEAST: f64 = 0.1;
     let mass = from.value("mass");
     let moved = to.value("mass").max(LEAST * mass);
     if mass > 0.0 && moved > 0.0 {
         to.parameters.insert("mass".to_owned(), moved);
         for axis in ["x", "y", "z"] {
-            let (at, step) = (from.value(axis), to.value(axis) - from.value(axis));
-            to.parameters.insert(axis.to_owned(), at + step * mass / moved);
+            let Some((at, there)) = from.parameters.get(axis).zip(to.parameters.get_mut(axis)) else {
+                continue;
+            };
+            *there = at + (*there - at) * mass / moved;
         }
     }
 }

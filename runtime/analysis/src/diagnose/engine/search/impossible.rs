@@ -1,5 +1,5 @@
 //! What no machine can be, however well it fits.
-use crate::diagnose::engine::equations::fit::sizes;
+use crate::diagnose::engine::equations::fit::{NormalEquations, sizes};
 use crate::diagnose::engine::equations::regression::{Regression, ScoredFit};
 use crate::experiments::form::{Form, Search};
 use crate::physical::is_possible;
@@ -7,7 +7,7 @@ use crate::robot::inertial_parameters::InertialParameters;
 
 /// What an effect makes is at most so many times all that there is to explain, as sums of squares.
 pub(crate) const MOST: f64 = 4.0;
-/// Or so many times what is left more without it.
+/// Or so many times what is left more of the data that judge without it.
 const MOST_OF_TOLD: f64 = 25.0;
 
 impl Regression<'_> {
@@ -28,19 +28,21 @@ impl Regression<'_> {
     /// it: a pair that the data cannot tell apart. A spring that carries a load makes as much as the load, and data tell one from the other.
     fn cancelled(&self, (active, k): (&[usize], usize), scored: &ScoredFit) -> Option<String> {
         let candidate = &self.candidates[active[k]];
-        let made = sizes(&self.train_sums, &candidate.terms, self.coefficients(active, scored, k));
         let weighted = |of: &dyn Fn(usize) -> f64| -> f64 {
             candidate.rows.iter().map(|&r| of(r) * self.weights[r]).sum()
         };
-        let (made, wanted) = (weighted(&|r| made[r]), weighted(&|r| self.train_sums.rows[r].squares()));
-        if made <= MOST * wanted {
+        let made = |sums: &NormalEquations| {
+            let of_rows = sizes(sums, &candidate.terms, self.coefficients(active, scored, k));
+            weighted(&|r| of_rows[r])
+        };
+        if made(&self.train_sums) <= MOST * weighted(&|r| self.train_sums.rows[r].squares()) {
             return None;
         }
         let others: Vec<usize> = active.iter().copied().filter(|c| *c != active[k]).collect();
         let told = self
             .scored_fit(&others, !scored.fit.corrections.is_empty())
             .map_or(0.0, |without| weighted(&|r| without.errors[r] - scored.errors[r]));
-        (made > MOST_OF_TOLD * told).then(|| {
+        (made(&self.judge_sums) > MOST_OF_TOLD * told).then(|| {
             "it and another effect would cancel each other: this data cannot tell them apart".to_owned()
         })
     }
