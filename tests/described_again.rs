@@ -64,6 +64,30 @@ fn what_is_true_stays_where_it_is_estimated_again() {
     assert_eq!(value("payload", "y").to_bits(), (-0.044_f64).to_bits());
 }
 
+/// A load that is described as a tenth of what it is. Before: "nothing is missing that these logs could show", and to go on with the description as it was.
+#[test]
+fn what_is_better_than_described_is_to_be_written() {
+    let folder = scratch("better-than-described");
+    let load = |mass: f64| {
+        format!(
+            "[[effect]]\nkind = \"payload\"\nlink = \"upper\"\nmass = {mass}\nx = -0.028\ny = -0.044\nz = 0.214\n"
+        )
+    };
+    let [train, judge] = logs(&folder, &arm(&folder, "loaded", "0 0 1", &load(1.2)));
+    let robot = arm(&folder, "robot", "0 0 1", &load(0.12));
+    let page = folder.join("page.html");
+    let run = ["diagnose", text(&robot), text(&train), "--validate", text(&judge), "--refit"];
+    bipedc(&[&run[..], &["--report", text(&page)]].concat()).ok();
+    let told = std::fs::read_to_string(&page).unwrap();
+    assert!(!told.contains("Nothing is missing that these logs could show"));
+    // Words of a command are marked one by one.
+    let words: String =
+        told.split('<').filter_map(|mark| mark.split_once('>')).map(|(_, word)| word).collect();
+    let words = words.replace("&gt;", ">").replace("&amp;", "&");
+    assert!(words.contains("--refit --json > diagnosis.json && bipedc amend"));
+    assert!(words.contains("--from diagnosis.json"));
+}
+
 /// Of joints that all turn about y the roll of gravity is seen by its cosine alone. Before: a roll of the wrong sign, and an interval without the truth.
 #[test]
 fn the_sign_of_a_roll_that_nothing_shows_is_open() {

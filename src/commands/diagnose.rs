@@ -123,6 +123,9 @@ struct Explanation<'a> {
     last: &'a Diagnosed,
 }
 
+/// An estimate that leaves more of the error than this part says nothing new.
+const LOWER: f64 = 0.99;
+
 impl Diagnose {
     /// Reads, searches, prints.
     pub fn run(self) -> Outcome {
@@ -197,7 +200,9 @@ impl Diagnose {
     fn next(&self, bench: &Workbench, found: &Diagnosis) -> Vec<NextStep> {
         let robot = &self.robot.path;
         let mut steps = Vec::new();
-        if !(found.effects.is_empty() && found.inertial_corrections.is_empty()) {
+        // Of the description, estimated again: other values with which less is left.
+        let is_better = !found.standing.is_empty() && found.rms_after < LOWER * found.rms_before;
+        if is_better || !(found.effects.is_empty() && found.inertial_corrections.is_empty()) {
             let amend = Typed::command("amend").path(robot).words(" --from diagnosis.json").because("");
             let again = self.again().words(" --json > diagnosis.json && ").words(&amend.command);
             steps.push(
